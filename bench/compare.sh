@@ -3,7 +3,7 @@
 # bench/photo3d/run.sh, and prints the ratios of all stages: this tree's processor time divided by the other's. Ends with
 # "this tree takes D of REVISION".
 #
-#   bench/compare.sh REVISION [RUNS]     medians of 5 runs where absent
+#   bench/compare.sh REVISION [RUNS]     default: medians of 5 runs
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Benchmarks of all kernels, operators and stages, on the shipped sample and weights. Writes build/bench/results.json and the table
+# Runs the benchmarks of all kernels, operators and stages, on the shipped sample and weights. Writes build/bench/results.json and the table
 # build/bench/table.md. Times are processor time, one thread.
 #
 #   bench/run.sh [--quick] [--before FILE.json] [--readme] [GOOGLE_BENCHMARK_OPTION...]
 #
 # --quick   one short run of each benchmark, without scaling laws and steps of networks: less than 3 minutes
 # --before  compares with the results of an earlier run, by Google Benchmark's compare.py (Debian's libbenchmark-tools)
-# --readme  writes the table into bench/README.md, too, and all rows into bench/notes/table.md
+# --readme  also writes the table into bench/README.md, and all rows into bench/notes/table.md
 #
 # Other options go to ldi_bench, such as --benchmark_filter=^nn/ and --benchmark_repetitions=9. Without --quick, each benchmark runs
 # 3 times for at least 0.2 s.

@@ -29,7 +29,7 @@ def median(values):
 
 
 def read(path):
-    """The machine's description, and per benchmark the medians over its repetitions."""
+    """Returns the machine's description, and per benchmark the medians over its repetitions."""
     content = json.loads(Path(path).read_text())
     runs = {}
     for b in content["benchmarks"]:
@@ -48,7 +48,7 @@ def read(path):
 
 
 def number(value):
-    """Three digits, never as a power of ten."""
+    """Formats three digits, without a power of ten."""
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
@@ -102,7 +102,7 @@ def table(rows):
 
 
 def by_instruction_set(rows, sets):
-    """One line per kernel, for its first shapes; one column per instruction set."""
+    """Returns the table of kernels: one line per kernel, for its first shapes; one column per instruction set."""
     cells = {}
     for r in rows:
         name, _, last = r["name"].rpartition("/")
@@ -118,7 +118,7 @@ def by_instruction_set(rows, sets):
     return lines
 
 
-# Rows that a page has no room for: one kernel has its own table, others are variants or take microseconds.
+# Rows omitted from the page: one kernel has its own table, others are variants or take microseconds.
 LEFT_OUT = re.compile("|".join((
     "^(steps|scaling|kernels)/", "read and pack",
     "^core/(layered_view|single_layer|link_editor|graph_builder|pixel_region|for_each_run|reordered|halved|parents|pixels_below)",
@@ -126,12 +126,12 @@ LEFT_OUT = re.compile("|".join((
     "^nn/(pack|renumber|restrict|mark|needed|on_subsets|pixel_subset|convolution_layer|dequantize|max_pool)", "squares of (96|8) ", "partial [57]x",
     "^texture/(pack_on|packing_tree|lay_out)", "^mesh/move_to_sheets", "^networks/(quantized|read)", "rims$",
     "^render/(has_gaps|side_by_side|disparity_map|anaglyph)", "^formats/(adler|crc|decode|encode_plain)", "fill_invalid")))
-# Functions with more than one row on the page.
+# Functions with several rows on the page.
 COMPLETE = ("nn/convolve/", "nn/convolve_partially/", "networks/farbrausch/", "core/coarsen/", "mesh/build_mesh")
 
 
 def short(rows, sets):
-    """The rows of a page: the first of each function, all of those in COMPLETE."""
+    """Returns the page's rows: the first of each function, and all rows of functions in COMPLETE."""
     kept, seen = [], set()
     for r in rows:
         function = "/".join(r["name"].split("/")[:2])

@@ -34,7 +34,7 @@ if(NOT TARGET ldi_readers::all)
         if(reader STREQUAL libtiff)
             file(STRINGS "${LDI_${macro}_INCLUDE_DIR}/tiffvers.h" tiff_version REGEX "define TIFFLIB_VERSION ")
             string(REGEX REPLACE "[^0-9]" "" tiff_version "${tiff_version}")
-            if(tiff_version LESS 20221213)  # 4.5.0, the first with an error handler per file
+            if(tiff_version LESS 20221213)  # 4.5.0 is the first version with an error handler per file
                 list(APPEND LdiReaders_MISSING ${reader})
                 continue()
             endif()

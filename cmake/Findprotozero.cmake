@@ -1,4 +1,4 @@
-# protozero, a header-only reader of protocol buffers, has no package config of its own: protozero::protozero.
+# Defines protozero::protozero. protozero, a header-only reader of protocol buffers, has no package config.
 
 find_path(protozero_INCLUDE_DIR protozero/pbf_reader.hpp)
 mark_as_advanced(protozero_INCLUDE_DIR)

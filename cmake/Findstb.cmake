@@ -1,4 +1,4 @@
-# stb has no package config of its own. Finds the folder from which <stb/stb_image.h> is included: stb::stb.
+# Defines stb::stb, with the include folder of <stb/stb_image.h>. stb has no package config.
 
 find_path(stb_INCLUDE_DIR stb/stb_image.h)
 mark_as_advanced(stb_INCLUDE_DIR)

@@ -16,7 +16,7 @@ target_include_directories(ldi_development INTERFACE "${PROJECT_SOURCE_DIR}")
 target_compile_definitions(ldi_development INTERFACE
     LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
-find_package(nlohmann_json QUIET)  # programs write JSON, benchmarks read it
+find_package(nlohmann_json QUIET)  # programs write JSON; benchmarks read it
 target_link_libraries(ldi_development INTERFACE ldi::io nlohmann_json::nlohmann_json)
 
 # For photo3d --compress. Without meshoptimizer, the program refuses that option.
@@ -29,7 +29,7 @@ if(ldi_has_compression)
     target_compile_definitions(ldi_compression INTERFACE LDI_WITH_COMPRESSION)
 endif()
 
-# For some tests, benchmarks and lessons each.
+# Each is needed by some tests, benchmarks and lessons.
 find_package(Eigen3 CONFIG QUIET)
 find_package(xtensor QUIET)
 find_package(benchmark QUIET)

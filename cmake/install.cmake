@@ -24,6 +24,6 @@ configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ld
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/ldiConfig.cmake" "${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" DESTINATION "${package_dir}")
 
-# For pkg-config, on every architecture. Paths are relative to the file, so that an installed tree can be moved.
+# Writes ldi.pc for pkg-config, for every architecture. Paths are relative to the file, so that an installed tree can move.
 configure_file(cmake/ldi.pc.in "${PROJECT_BINARY_DIR}/ldi.pc" @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/ldi.pc" DESTINATION "${CMAKE_INSTALL_DATADIR}/pkgconfig")

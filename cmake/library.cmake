@@ -1,4 +1,4 @@
-# The two targets that a user links: ldi::ldi, and ldi::io for files and third-party formats.
+# Defines the two targets for users: ldi::ldi, and ldi::io for files and third-party formats.
 
 find_package(Threads REQUIRED)
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Builds static libraries from Debian's sources, with Debian's patches: those that Debian itself offers only as shared ones, and those for
-# Windows. Changes nothing on this machine: apt-get keeps its list of sources in build/libraries.
+# Builds static libraries from Debian's sources, with Debian's patches: those that Debian offers only as shared libraries, and those for
+# Windows. Changes nothing outside build/libraries, which also holds apt-get's list of sources.
 #
 #   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a build_NAME below. TARGET: linux,
-#                                             windows, python (for Linux, of which shared libraries can be linked), or web
+#                                             windows, python (for Linux, linkable into shared libraries), or web
 #                                             (WebAssembly; pugixml, lcms2, libde265, libheif)
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -20,7 +20,7 @@ build=$top/build/libraries
 prefix=$build/$target
 shared=OFF
 [ "$target" != python ] || shared=ON
-export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
+export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # Debian's folders of the modules that Emscripten's scripts import
 mkdir -p "$build/apt/parts" "$build/apt/lists/partial" "$build/apt/cache/archives/partial" "$build/sources" "$prefix"
 
 sources_of_debian() {
@@ -28,7 +28,7 @@ sources_of_debian() {
         -o Dir::Cache="$build/apt/cache" -o APT::Sandbox::User=root "$@"
 }
 
-# A machine's lists of packages, read as lists of sources.
+# Uses this machine's lists of packages as lists of sources.
 fetch_lists() {
     [ ! -e "$build/apt/parts/all.list" ] && [ ! -e "$build/apt/parts/all.sources" ] || return 0
     sed -n 's/^deb /deb-src /p' /etc/apt/sources.list /etc/apt/sources.list.d/*.list >"$build/apt/parts/all.list" 2>/dev/null || true
@@ -36,7 +36,7 @@ fetch_lists() {
     sources_of_debian update >&2
 }
 
-# source_of NAME: unpacks a source package, the newest version that the mirror still has, and prints its folder.
+# source_of NAME: unpacks the newest version of a source package on the mirror, and prints its folder.
 source_of() {
     local folder=$build/sources/$1 version
     if [ ! -e "$folder/unpacked" ]; then
@@ -54,8 +54,8 @@ apt_versions() {
         -o Dir::Cache="$build/apt/cache" showsrc "$1" | sed -n 's/^Version: //p' | sort -rVu
 }
 
-# with_cmake SOURCE OPTION...: configures, builds and installs to the prefix. LIBDIR has a type: where a project declares it as a path, as
-# libjpeg-turbo does, CMake reads a value without a type relative to the current folder.
+# with_cmake SOURCE OPTION...: configures, builds and installs to the prefix. LIBDIR has a type, because in projects that declare it as a path, such
+# as libjpeg-turbo, CMake reads an untyped value relative to the current folder.
 with_cmake() {
     local source=$1 folder system=() launcher=()
     folder=$build/$target-build/$(basename "$(dirname "$source")")
@@ -99,7 +99,7 @@ build_pugixml() {
         with_cmake "$source"
         return
     fi
-    # With -pthread, programs can link it whether they have threads or not.
+    # With -pthread, programs with and without threads can link it.
     archive pugixml -Oz -pthread -DPUGIXML_NO_XPATH -DPUGIXML_NO_EXCEPTIONS -- "$source/src/pugixml.cpp" && mkdir -p "$prefix/include" &&
         cp "$source"/src/pugi*.hpp "$prefix/include"
 }
@@ -120,14 +120,14 @@ build_libde265() {
     [ "$target" != web ] || options+=(-DDISABLE_SSE=ON)
     with_cmake "$(source_of libde265)" "${options[@]}"
 }
-# HEIC alone: AVIF needs a second decoder.
+# Reads only HEIC; AVIF needs a second decoder.
 build_libheif() {
     local source tool options=(-DENABLE_PLUGIN_LOADING=OFF)
     source=$(source_of libheif) || return
     for tool in X265 DAV1D AOM_ENCODER AOM_DECODER SvtEnc RAV1E EXAMPLES; do options+=("-DWITH_$tool=OFF"); done
     if [ "$target" = web ]; then
         options+=(-DENABLE_MULTITHREADING_SUPPORT=OFF)
-        # For WebAssembly, libheif would skip two of HEVC's filters and add its interface for JavaScript.
+        # For WebAssembly, libheif skips two of HEVC's filters and adds its JavaScript interface by default.
         sed -i -e 's/^#if defined(__EMSCRIPTEN__)/#if 0/' -e '/de265_start_worker_threads/d' \
             "$source/libheif/heif.cc" "$source/libheif/plugins/heif_decoder_libde265.cc"
     fi
@@ -135,7 +135,7 @@ build_libheif() {
 }
 
 for library in "${@:2}"; do
-    # Built once for each version of its function.
+    # Builds a library once per version of its function.
     stamp=$prefix/.$library.$(declare -f "build_$library" | md5sum | cut -c 1-8)
     [ -e "$stamp" ] || { "build_$library" >&2 && touch "$stamp"; } || { printf '%s does not build for %s\n' "$library" "$target" >&2 && exit 1; }
 done

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes what people without a compiler download, in out/release, from the committed sources:
+# Makes the downloads for users without a compiler, in out/release, from the committed sources:
 #
 #   photo3d-VERSION-linux-x86_64.tar.gz     photo3d for any Linux: one static program, weights and viewer beside it
 #   photo3d-VERSION-windows-x86_64.zip      the same for Windows
@@ -10,8 +10,8 @@
 #
 #   packaging/release.sh [PART...]          parts: linux windows python npm web; default: all
 #
-# Builds libraries that Debian does not offer as static ones from Debian's sources (packaging/libraries.sh). Prints the paths of the files,
-# and a line "missing: ..." for each part whose sources are not there yet. tests/release/run.sh tries the files.
+# Builds libraries without a static version in Debian from Debian's sources (packaging/libraries.sh). Prints the paths of the files,
+# and a line "missing: ..." for each part with missing sources. tests/release/run.sh tests the files.
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$top"
@@ -23,7 +23,7 @@ version=$(sed -n 's/^#define LDI_VERSION_[A-Z]* //p' include/ldi/version.hpp | p
 out=$top/out/release
 staging=$top/build/release_staging
 mkdir -p "$out" "$staging"
-# Archives of the same commit have the same bytes.
+# Makes archives of the same commit have the same bytes.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
 
@@ -32,7 +32,7 @@ viewer() {
     viewer_built=1
 }
 
-# copy_licenses FOLDER NAME=FILE...: the licenses of what a program contains.
+# copy_licenses FOLDER NAME=FILE...: copies the licenses of a program's libraries.
 copy_licenses() {
     local folder=$1 pair
     mkdir -p "$folder"
@@ -51,7 +51,7 @@ program() {
     cmake --build "build/release_$1" --target photo3d >&2
 }
 
-# common FOLDER PROGRAM: what the archives of both systems have.
+# common FOLDER PROGRAM: copies the files in the archives of both systems.
 common() {
     viewer
     rm -rf "$1" && mkdir -p "$1/models" "$1/viewer"
@@ -60,7 +60,7 @@ common() {
     cp -r build/viewer/{viewer.html,gallery.html,photo-3d} "$1/viewer"
 }
 
-# Times of files are those of the commit.
+# Sets file times to the commit's time.
 settle() { find "$1" -exec touch -h -d "@$SOURCE_DATE_EPOCH" {} +; }
 
 make_linux() {
@@ -72,7 +72,7 @@ make_linux() {
     common "$folder" build/release_linux/examples/photo3d
     strip "$folder/photo3d"
     mkdir -p "$folder/man/man1"
-    "$folder/photo3d" --generate man | sed "s|\.\./share/ldi/||g" >"$folder/man/man1/photo3d.1"  # data lie beside it
+    "$folder/photo3d" --generate man | sed "s|\.\./share/ldi/||g" >"$folder/man/man1/photo3d.1"  # the data is beside the program
     "$folder/photo3d" --generate bash >"$folder/photo3d.bash"
     write_readme "$folder" ./photo3d >"$folder/README.txt"
     copy_licenses "$folder/licenses" $(installed libjpeg-turbo libjpeg62-turbo) $(installed libpng libpng-dev) \
@@ -91,7 +91,7 @@ make_windows() {
     local libraries name=photo3d-$version-windows-x86_64 folder
     require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_release[@]}" "${needs_windows[@]}" >&2
     libraries=$(packaging/libraries.sh windows zlib libpng lcms2 pugixml meshoptimizer libjpeg libwebp)
-    # Headers alone, without this machine's C library.
+    # Only headers, without this machine's C library.
     mkdir -p build/release_headers
     local library
     for library in stb CLI nlohmann protozero; do ln -sfn "/usr/include/$library" "build/release_headers/$library"; done
@@ -155,7 +155,7 @@ make_python() {
     libraries=$(packaging/libraries.sh python zlib libpng lcms2 pugixml meshoptimizer libjpeg libwebp)
     viewer
     rm -f "$out"/ldi-*.whl
-    # The newest symbols of glibc that the wheel needs are those of 2.36; tests/release/run.sh checks it.
+    # The wheel needs symbols of glibc up to version 2.36; tests/release/run.sh checks this.
     (cd examples/python && rm -rf build && CPATH="$libraries/include" LIBRARY_PATH="$libraries/lib" \
         LDFLAGS="-L$libraries/lib -static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s" LDI_READERS="libwebp;lcms2;pugixml;libjpeg" \
         _PYTHON_HOST_PLATFORM=manylinux_2_36_x86_64 /usr/bin/python3 -m pip wheel -q --no-build-isolation --no-deps --no-index --wheel-dir "$out" .) >&2

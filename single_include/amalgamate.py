@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Writes single_include/ldi/ldi.hpp: include/ldi/ldi.hpp with every <ldi/...> header that it reaches pasted in once,
+"""Writes single_include/ldi/ldi.hpp: include/ldi/ldi.hpp with every reachable <ldi/...> header pasted in once,
 and those in generic/ wherever an instruction set includes them.
 
     amalgamate.py                  writes the file
-    amalgamate.py --check          fails if the committed file is not what would be written
+    amalgamate.py --check          fails if the committed file is out of date
     amalgamate.py --forward DIR    writes DIR/ldi/**/*.hpp instead, each of which includes the committed file, so that a
                                    test suite written for the separate headers runs against it
 
-Fails if a header is reached by nobody, because then include/ldi/ldi.hpp forgot it.
+Fails if include/ldi/ldi.hpp reaches a header neither directly nor through others.
 """
 
 import argparse
@@ -20,7 +20,7 @@ INCLUDE = ROOT / "include"
 UMBRELLA = "ldi/ldi.hpp"
 RESULT = ROOT / "single_include" / UMBRELLA
 
-# What ldi.hpp leaves out on purpose: what needs files or the libraries of others, and the forward declarations.
+# Headers that ldi.hpp omits on purpose: those that need files or other libraries, and the forward declarations.
 LEFT_OUT = re.compile(r"ldi/(adapt/.*|io/.*|fwd\.hpp|ldi\.hpp)")
 
 INCLUDE_LINE = re.compile(r"\s*#\s*include\s*<([^>]+)>")
@@ -32,7 +32,7 @@ PRAGMA_ONCE = re.compile(r"\s*#\s*pragma\s+once\b")
 
 
 class Header:
-    """A header's lines, and for each the header it includes and the conditions (#if ...) it stands under."""
+    """A header's lines, each with the header that it includes and the conditions (#if ...) around it."""
 
     def __init__(self, name):
         self.name = name
@@ -54,12 +54,12 @@ class Header:
             self.conditions.append(tuple(open_conditions))
         if self.is_generic():
             if any(self.included) or any(PRAGMA_ONCE.match(line) for line in self.lines):
-                sys.exit(f"{name}: what is pasted once per instruction set includes nothing and has no #pragma once")
+                sys.exit(f"{name}: a header pasted once per instruction set must have no #include and no #pragma once")
         elif not any(PRAGMA_ONCE.match(line) for line in self.lines):
             sys.exit(f"{name}: has no #pragma once")
 
     def is_generic(self):
-        """Whether each instruction set includes it inside its own namespace and target region."""
+        """Returns whether each instruction set includes the header inside its own namespace and target region."""
         return "/generic/" in self.name
 
     def ldi_includes(self):
@@ -69,7 +69,7 @@ class Header:
 class Amalgamation:
     def __init__(self):
         self.headers = {}
-        self.done = {}  # name -> the conditions it was pasted under
+        self.done = {}  # name -> conditions around the pasted header
         self.system = set()
 
     def header(self, name):
@@ -80,8 +80,8 @@ class Amalgamation:
         return self.headers[name]
 
     def paste(self, name, conditions, output):
-        """Appends a header to output, after the headers that it includes. The preprocessor may skip a header that stands under
-        #if; what that one includes must not be lost to the others with it, so it goes before as well."""
+        """Appends a header to output, after the headers that it includes. Hoists the includes of a header under #if as well, so that
+        the preprocessor does not skip them for other headers."""
         if name in self.done:
             if self.done[name] not in ((), conditions):
                 sys.exit(f"<{name}> is included under {self.done[name]}, but also under {conditions or 'no condition'}")

@@ -22,7 +22,7 @@ if [ "${1:-}" = --all ]; then
 fi
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_lessons[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
 
-# No tested part may be left out.
+# Requires every tested part.
 common=(-DLDI_BUILD_BENCH=OFF "-DLDI_REQUIRED=^(ldi::io|examples, tests|examples/(learn|photo3d)|photo3d|tests)" "$@")
 if [ "$all" = 1 ]; then
     build_and_test dev "${common[@]}"

@@ -1,4 +1,4 @@
-"""Measures for bench/batch/run.sh.
+"""Takes the measurements of bench/batch/run.sh.
 
     batch.py PHOTO3D FOLDER_OF_PHOTOS NUMBER
 """
@@ -13,7 +13,7 @@ import tempfile
 import time
 
 PROGRAM, FOLDER, NUMBER = os.path.abspath(sys.argv[1]), sys.argv[2], int(sys.argv[3])
-MEMORY_MB = 250  # enough for two photographs of half a megapixel, and not for many more
+MEMORY_MB = 250  # enough for two photographs of half a megapixel, but not for many
 passed = failed = 0
 
 

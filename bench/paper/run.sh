@@ -4,11 +4,11 @@
 #
 #   bench/paper/run.sh [--only stages|ablations|networks] [--runs N] [--photos N]
 #
-# --runs    runs per photo, of whose stages the median counts; 5 where absent
-# --photos  number of photos for --only ablations; the sample and six others where absent
+# --runs    runs per photo, of which each stage's median is printed; default 5
+# --photos  number of photos for --only ablations; default: the sample and six others
 #
-# Photos, the published depth network and pairs with depth are those of ../shared; what is absent is skipped or replaced by the
-# sample, and the output says so.
+# Photos, the published depth network and pairs with depth are those of ../shared. The sample replaces missing photos; other missing data
+# skips a part. The output says so.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh

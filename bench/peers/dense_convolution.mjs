@@ -1,6 +1,6 @@
 // ONNX Runtime on the models that dense_convolution.py writes, one thread:
 //     node dense_convolution.mjs WIDTH HEIGHT CHANNELS...     channels and median milliseconds of processor time, line by line
-// Run where onnxruntime-node is installed, with the models beside it.
+// Run in a folder with onnxruntime-node and the models.
 import ort from 'onnxruntime-node';
 
 const [width, height, ...allChannels] = process.argv.slice(2).map(Number);

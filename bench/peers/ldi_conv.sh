@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Compares float convolutions, 3 x 3, 32 -> 32 and 16 -> 16, on the layered depth image of a real photo at 1152 x 1536 after expansion
-# with the same convolutions on an image of equally many pixels by torch's oneDNN (Debian's python3-torch, channels last) and ONNX
+# with the same convolutions on an image with the same number of pixels in torch's oneDNN (Debian's python3-torch, channels last) and ONNX
 # Runtime (npm). One thread, pinned to one processor, in alternating runs; processor time, because other programs may run. Prints
 # medians and ends with "ratio R": ours over the fastest peer, for the worse of the two shapes. The first run installs
 # onnxruntime-node in the folder PEERS_OUT.
@@ -50,7 +50,7 @@ ldi() {
         --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
         sed -n 's/^"nn\/convolve\/ldi 3x3 \([0-9]*\)->.*_median",[^,]*,[^,]*,\([^,]*\),.*/\1 \2/p' | awk '{ print $1, $2 / 1000 }'
 }
-one_dnn() {  # malloc keeps freed memory, so that oneDNN does not pay for new pages
+one_dnn() {  # malloc keeps freed memory, so that oneDNN spends no time on new pages
     MALLOC_MMAP_THRESHOLD_=8000000000 MALLOC_TRIM_THRESHOLD_=16000000000 MALLOC_TOP_PAD_=67108864 \
         pinned "$python" "$here/dense_convolution.py" time "$width" "$height" 32 16
 }

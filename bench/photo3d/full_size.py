@@ -1,4 +1,4 @@
-"""Measures for bench/photo3d/full_size.sh.
+"""Takes the measurements of bench/photo3d/full_size.sh.
 
     full_size.py PHOTO3D PHOTO
 """
@@ -34,7 +34,7 @@ def main():
         glb, report_file = os.path.join(folder, "out.glb"), os.path.join(folder, "out.json")
         photos = {m: enlarged(folder, m) for m in MEGAPIXELS}
         runs = {m: [] for m in MEGAPIXELS}
-        for _ in range(RUNS):  # alternating, so that other load affects all of them
+        for _ in range(RUNS):  # alternates sizes, so that other load affects all of them
             for m in MEGAPIXELS:
                 subprocess.run([PROGRAM, photos[m], "--depth", "none", "--size", "full", "-o", glb, "--report", report_file, "--quiet"], check=True)
                 runs[m].append(json.load(open(report_file)))

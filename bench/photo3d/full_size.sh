@@ -13,7 +13,7 @@ if [ -z "${1:-}" ] && [ ! -e "$photo" ]; then
     photo=examples/photo3d/sample.jpg
 fi
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_validator[@]}" "command python3;python3" "command ffmpeg;ffmpeg" >&2
-if [ -z "${PHOTO3D:-}" ]; then # path of a program that is built already
+if [ -z "${PHOTO3D:-}" ]; then # PHOTO3D: path of a built program
     cmake --preset release -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >&2
     cmake --build --preset release --target photo3d >&2
     PHOTO3D=build/release/examples/photo3d

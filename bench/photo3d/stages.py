@@ -1,4 +1,4 @@
-"""Measures for bench/photo3d/run.sh and bench/compare.sh.
+"""Takes the measurements of bench/photo3d/run.sh and bench/compare.sh.
 
     stages.py [--runs N] PHOTO3D                              every stage, beside the paper
     stages.py [--runs N] --beside OTHER --name NAME PHOTO3D   ratios of every stage to those of another program
@@ -24,7 +24,7 @@ PAPER = {"depth estimation": 230, "depth filter": 51, "connected components": 12
 
 
 def photos():
-    """The photos to measure, the sample first."""
+    """Returns the photos to measure, the sample first."""
     shared = [os.path.join(COMPANIONS, name) for name in OF_SHARED]
     return [SAMPLE] + [photo for photo in shared if os.path.exists(photo)]
 
@@ -42,7 +42,7 @@ def report_of(program, photo, threads, folder):
 
 
 def stages_of(runs, clock):
-    """The median of each stage, in the order of the run. clock: "milliseconds" or "processor_milliseconds"."""
+    """Returns the median of each stage, in the order of the run. clock: "milliseconds" or "processor_milliseconds"."""
     return {stage: statistics.median(run[clock].get(stage, 0) for run in runs) for stage in runs[0][clock]}
 
 
@@ -57,12 +57,12 @@ def print_table(header, rows):
 
 
 def measure(program, number):
-    """Prints each photo's stages."""
+    """Prints the stages of each photo."""
     sums = []
     with tempfile.TemporaryDirectory() as folder:
         for photo in photos():
             runs = {threads: [] for threads in (1, 2)}
-            for _ in range(number):  # alternating, so that other load affects both
+            for _ in range(number):  # alternates, so that other load affects both
                 for threads, reports in runs.items():
                     reports.append(report_of(program, photo, threads, folder))
             facts = runs[1][0]
@@ -92,7 +92,7 @@ def compare(program, other, name, number):
             here, there = stages_of(runs[program], clock), stages_of(runs[other], clock)
             peaks = [statistics.median(run["peak_memory_bytes"] for run in runs[which]) for which in (program, other)]
             ratios.append(sum(here.values()) / sum(there.values()))
-            stages = stages or [stage for stage in there if there[stage] >= 1]  # here, a stage of the other may be missing
+            stages = stages or [stage for stage in there if there[stage] >= 1]  # the other program may lack a stage
             cells = [f"{here.get(s, 0) / there[s]:.2f}" if there.get(s, 0) >= 1 else "" for s in stages]
             rows.append([name_of(photo), *cells, f"{ratios[-1]:.3f}", f"{sum(here.values()):.0f}", f"{sum(there.values()):.0f}",
                          f"{peaks[0] / peaks[1]:.2f}"])

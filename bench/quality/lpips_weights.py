@@ -13,7 +13,7 @@ import zipfile
 
 
 def array(file):
-    """The shape and the bytes of an .npy file."""
+    """Returns shape and bytes of an .npy file."""
     if file[:6] != b"\x93NUMPY":
         raise SystemExit("not an .npy file")
     size = struct.unpack("<H", file[8:10])[0] if file[6] == 1 else struct.unpack("<I", file[8:12])[0]

@@ -3,7 +3,7 @@
 # paper's measure of inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
 # uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
-#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: without these parts
+#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: skip these parts
 #   bench/quality/run.sh --only silhouettes [OPTION...]            minutes: --no-pairs (nothing with true depth), --no-scenes,
 #                                                                  --sigma SAMPLES, --shift SAMPLES, --no-photographs, --no-holes,
 #                                                                  --before FOLDER (pictures of an earlier run, to compare)

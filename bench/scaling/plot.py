@@ -18,7 +18,7 @@ COLORS = dict(zip(OPERATORS, ("C0", "C1", "C2", "C3", "C4")))
 
 
 def read(path):
-    """{(axis, kind, operator): [(x, nanoseconds per pixel, percent irregular)]}, medians over repetitions."""
+    """Returns {(axis, kind, operator): [(x, nanoseconds per pixel, percent irregular)]}, medians over repetitions."""
     runs = {}
     for b in json.loads(Path(path).read_text())["benchmarks"]:
         if b["run_type"] == "iteration":
@@ -40,7 +40,7 @@ def draw(lines, axis, label, file, log=False, x_of=lambda point: point[0]):
         points = sorted(points, key=x_of)
         style = "o-" if kind == "ldi" else "x:"
         name = OPERATORS[operator] + (", layered image" if kind == "ldi" else ", image")
-        if axis == "irregular":  # its first point is the image
+        if axis == "irregular":  # the first point is the image
             panel.axhline(points[0][1], linestyle=":", linewidth=1, color=COLORS[operator], label=OPERATORS[operator] + ", image")
         panel.plot([x_of(p) for p in points], [p[1] for p in points], style, color=COLORS[operator], label=name, markersize=4)
     for panel in axes:

@@ -5,7 +5,7 @@
 #
 #   bench/service/run.sh [NUMBER_OF_PHOTOS [FOLDER]]     200 of ../shared/photos/train, else copies of the sample
 #
-# PROGRAMS names the folder of photo3d_worker and photo3d_queue where they are built already.
+# PROGRAMS is the folder of built photo3d_worker and photo3d_queue; unset: builds them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -55,7 +55,7 @@ start_broker "$work/broker"
 for round in 1 2 3; do
     for count in 1 2; do run "$count" "q$count$round" 8 "j$count$round" >>"$work/rates$count"; done
 done
-run 1 again 1 j11 >"$work/rate_done" # again what the first one did: documents are found, and published
+run 1 again 1 j11 >"$work/rate_done" # repeats the first job: the worker finds its documents and publishes them
 seq 50000 | "$PROGRAMS/photo3d_queue" --broker "$broker_url" --queue many submit --photos-per-message 1 >"$work/many"
 python3 - "$work" "$number" "$(nproc)" <<'SUMMARY'
 import json, statistics, sys

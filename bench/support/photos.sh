@@ -1,6 +1,6 @@
-# Photographs for benchmarks of many photos. Sourced by bench/batch/run.sh and bench/service/run.sh.
+# Provides photographs for benchmarks of many photos. bench/batch/run.sh and bench/service/run.sh source this file.
 #
-#   photos=$(photos_for NUMBER [FOLDER])   FOLDER; without it ../shared/photos/train where that exists, else a folder in build/ with
+#   photos=$(photos_for NUMBER [FOLDER])   prints FOLDER; default: ../shared/photos/train if it exists, else a folder in build/ with
 #                                          NUMBER copies of the shipped sample
 
 # shellcheck shell=bash

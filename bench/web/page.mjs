@@ -1,7 +1,7 @@
 // node page.mjs ROUNDS: times examples/web in Chromium and Firefox. Each round opens the page, waits until it is warm, and converts the
 // sample (1152 x 1536) five times; then it opens the page again and converts at once. Prints medians; the last number is Chromium's for the
-// photos after the first, in milliseconds. Where other programs are busy too, the processor time says more: it is that of all processes of
-// the browser.
+// photos after the first, in milliseconds. On a busy machine, rely on the processor time, which is the sum over all processes of the
+// browser.
 
 import { readdir, readFile, stat } from "node:fs/promises";
 import { dirname, join } from "node:path";
@@ -22,12 +22,12 @@ const sizes = await Promise.all((await readdir(site)).filter(isRead).map((name) 
 print("download, one thread", sizes.reduce((sum, { size }) => sum + size, 0) / 1000, "kB");
 const results = {};
 
-/** Processor time of a process and all that it has started, in milliseconds. */
+/** Returns the processor time of a process and all its descendants, in milliseconds. */
 async function processorTime(root) {
     const children = new Map();
     const times = new Map();
     for (const id of (await readdir("/proc")).filter((name) => /^[0-9]+$/.test(name))) {
-        const text = await readFile(`/proc/${id}/stat`, "latin1").catch(() => null); // it may have ended
+        const text = await readFile(`/proc/${id}/stat`, "latin1").catch(() => null); // the process may have ended
         if (!text) continue;
         const fields = text.slice(text.lastIndexOf(")") + 2).split(" ");
         children.set(fields[1], [...(children.get(fields[1]) ?? []), id]);

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# run.sh [ROUNDS]: the page of examples/web in headless Chromium and Firefox: the first photo after the page is ready, the photos after
-# it, the stages, the memory and the download. Then the depth network in WebAssembly beside ONNX Runtime Web and TensorFlow.js
-# (bench/peers/tiefenrausch_webassembly.sh), if ../shared has the published network. Installs what is missing. Ends with
-# "photo to 3D photo D ms, depth ratio D.DD": the photos after the first in Chromium, and ours over the faster peer; 0 if there is none.
+# run.sh [ROUNDS]: measures the page of examples/web in headless Chromium and Firefox: the first photo after the page is ready, the photos
+# after it, the stages, the memory and the download. Then compares the depth network in WebAssembly with ONNX Runtime Web and TensorFlow.js
+# (bench/peers/tiefenrausch_webassembly.sh), if ../shared has the published network. Installs missing packages. Ends with
+# "photo to 3D photo D ms, depth ratio D.DD": photos after the first in Chromium, and ours over the faster peer; 0 without a peer.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)

@@ -1,4 +1,4 @@
-"""Pictures of a 3D photo's parts: pictures.py PHOTO FOLDER"""
+"""Draws the parts of a 3D photo: pictures.py PHOTO FOLDER"""
 import os
 import sys
 

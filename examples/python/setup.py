@@ -1,4 +1,4 @@
-"""Builds the extension from the headers of ../../include, and puts the networks' weights and the viewer beside it."""
+"""Builds the extension from the headers in ../../include, and copies the networks' weights and the viewer beside it."""
 import glob
 import os
 import re
@@ -28,7 +28,7 @@ class build_with_data(build_py):
 
 
 def is_usable(header, library, condition="1"):
-    """Whether the compiler finds a library and its header."""
+    """Returns whether the compiler finds a library and its header."""
     program = f"#include <cstdio>\n#include <{header}>\n#if !({condition})\n#error too old\n#endif\nint main() {{}}\n"
     command = [*shlex.split(os.environ.get("CXX", "c++")), "-std=c++17", "-x", "c++", "-", f"-l{library}", "-o", os.devnull]
     return subprocess.run(command, input=program.encode(), stderr=subprocess.DEVNULL).returncode == 0
@@ -47,7 +47,7 @@ readers = {
     "LDI_WITH_LCMS2": ("lcms2.h", "lcms2"),
     "LDI_WITH_LIBJPEG": ("jpeglib.h", "jpeg"),
 }
-# LDI_READERS in the environment: which of them to look for, as in CMake; separated by semicolons.
+# The environment variable LDI_READERS lists the readers to look for, as in CMake, separated by semicolons.
 wanted = os.environ.get("LDI_READERS", "libheif;libwebp;libtiff;lcms2;libjpeg").split(";")
 found = [(macro, library[1]) for macro, library in readers.items() if macro[9:].lower() in wanted and is_usable(*library)]
 if ("LDI_WITH_LIBWEBP", "webp") in found and is_usable("meshoptimizer.h", "meshoptimizer") and is_usable("nlohmann/json.hpp", "c"):

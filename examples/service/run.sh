@@ -3,7 +3,7 @@
 #
 #   examples/service/run.sh [FOLDER_OF_PHOTOS [FOLDER_FOR_OUTPUTS]]     default: the sample four times, build/service/outputs
 #
-# PROGRAMS is the folder of photo3d_worker and photo3d_queue, if they are built already.
+# PROGRAMS is the folder of built photo3d_worker and photo3d_queue; unset: builds them.
 set -euo pipefail
 repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
 # shellcheck source=scripts/requirements.sh

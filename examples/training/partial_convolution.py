@@ -3,12 +3,12 @@
     python3 partial_convolution.py --out partial_convolution.safetensors [--state state.pt] [--type float16|float32]
 
 Liu et al., Image Inpainting for Irregular Holes Using Partial Convolutions, ECCV 2018: 16 partial convolutions, 32.85 M weights,
-37.97 G multiplications at 512 x 512. Nobody has trained it here: without --state, a state_dict of PartialConvolutionNetwork, the
-weights are random, good for measuring time and for comparing arithmetic.
+37.97 G multiplications at 512 x 512. This project has not trained it: without --state, a state_dict of PartialConvolutionNetwork,
+weights are random, which is enough to measure time and to compare arithmetic.
 
-It differs from Farbrausch (farbrausch/model.py) in what goes in and comes out: colors with a mask that is 0 in the holes and
-shrinks from layer to layer, and colors again, not what is to be added to smooth fills. Colors are in [0, 1], and nothing is
-taken off them: a mean could not be folded into partial convolutions, whose ratio would multiply it.
+It differs from Farbrausch (farbrausch/model.py) in input and output. The input is colors with a mask that is 0 in the holes, which
+shrink from layer to layer; the output is colors instead of a correction to a smooth fill. Colors are in [0, 1] without subtracted
+mean, because a mean cannot be folded into partial convolutions, whose ratio would multiply it.
 """
 import argparse
 import json
@@ -40,7 +40,7 @@ class PartialConvolution(nn.Module):
         self.norm = nn.BatchNorm2d(c_out) if normalize else None
 
     def forward(self, x, mask):
-        """x, mask: B x C x H x W. Returns the result's values and mask; the mask has one channel, which holds for all."""
+        """x, mask: B x C x H x W. Returns the result's values and mask; one mask channel applies to all channels."""
         with torch.no_grad():
             count = F.conv2d(mask, torch.ones_like(self.weight[:1]), None, self.stride, self.kernel // 2)
             valid = (count > 0.5).to(x)
@@ -51,7 +51,7 @@ class PartialConvolution(nn.Module):
         return (F.leaky_relu(y, self.leak) if self.leak is not None else y), valid
 
     def folded(self):
-        """(weight, bias) of the same layer with the normalization of evaluation mode folded in."""
+        """Returns (weight, bias) of the same layer with folded normalization."""
         if self.norm is None:
             return self.weight.detach(), self.bias.detach()
         scale = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)

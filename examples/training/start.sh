@@ -7,13 +7,13 @@ recipe=$1 folder=$2
 shift 2
 mkdir -p "$folder"
 rm -f "$folder/stop"
-# Without these settings, the C library returns the memory of every large tensor to the system, which costs a fifth of the time.
+# Without these settings, the C library returns the memory of every large tensor to the system, which takes a fifth of the time.
 export MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_MMAP_THRESHOLD_=8000000000
 export PYTHONDONTWRITEBYTECODE=1
 setsid nohup nice -n 19 chrt -i 0 /usr/bin/python3 "$here/$recipe/train.py" --out "$folder" "$@" \
     >> "$folder/output.txt" 2>&1 < /dev/null &
 echo $! > "$folder/pid"
-# Linux divides processor time among sessions first (autogroup), so that nice alone only counts within the session. setsid creates the
+# Linux first divides processor time among sessions (autogroup), so nice has an effect only within the session. setsid creates the
 # training's session; until then the process belongs to this script's session, whose priority must not change.
 while [ -e "/proc/$!/autogroup" ] && cmp -s "/proc/$!/autogroup" /proc/self/autogroup; do sleep 0.1; done
 if [ -w "/proc/$!/autogroup" ]; then echo 19 > "/proc/$!/autogroup"; fi

@@ -11,7 +11,7 @@ import { build, transform } from "esbuild";
 const here = dirname(fileURLToPath(import.meta.url));
 const source = join(here, "source");
 
-/** Style sheets are texts of the modules that import them. */
+/** Embeds style sheets as strings in the modules that import them. */
 const styleSheets = {
     name: "style sheets",
     setup(builder) {
@@ -28,7 +28,7 @@ async function bundle(file, format) {
         entryPoints: [join(source, file)],
         bundle: true,
         minify: true,
-        legalComments: "inline", // the license of three.js stays with its code
+        legalComments: "inline", // keeps the license of three.js in the code
         write: false,
         logLevel: "warning",
         target: ["es2022"],

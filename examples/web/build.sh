@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # build.sh: compiles the converter to WebAssembly and makes the page, build/web/photo3d.html (one file) and build/web/site/ (a folder
-# for a server). Installs what is missing. Prints the path of the file.
+# for a server). Installs missing packages. Prints the path of the file.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -16,7 +16,7 @@ mkdir -p "$build/headers"
 ln -sfn /usr/include/stb "$build/headers/stb"  # all of /usr/include would bring this machine's C library
 
 export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
-# compile NAME SOURCE FLAG...: makes NAME.js and NAME.wasm.
+# compile NAME SOURCE FLAG...: writes NAME.js and NAME.wasm.
 compile() {
     local made=$build/$1.wasm
     if [ -f "$made" ] && [ -z "$(find "$top/include" "$here/$2" "$here"/landing_pads.hpp "$here/build.sh" -newer "$made" -print -quit)" ]; then
@@ -32,7 +32,7 @@ compile() {
 converter=(converter.cpp -lpugixml -sEXPORT_NAME=createConverter -sMEMORY_GROWTH_LINEAR_STEP=1MB)
 max_threads=8
 compile converter "${converter[@]}"
-# For pages with shared memory. Threads of Emscripten must exist before the program starts them.
+# Build with threads, for pages with shared memory. Emscripten's threads must exist before the program starts them.
 compile converter_threads "${converter[@]}" -pthread -Wno-pthreads-mem-growth -DLDI_MAX_THREADS="${max_threads}U" -sDEFAULT_PTHREAD_STACK_SIZE=1MB \
     -sINITIAL_MEMORY=16MB -sMAXIMUM_MEMORY=1GB -sPTHREAD_POOL_SIZE="Math.min(navigator.hardwareConcurrency,$max_threads)-1"
 compile heic heic.cpp -DLDI_WITH_LIBHEIF -DLDI_WITH_LCMS2 -lheif -lde265 -llcms2 -lpugixml -sEXPORT_NAME=createReader -sMEMORY_GROWTH_LINEAR_STEP=16MB

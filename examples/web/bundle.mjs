@@ -1,9 +1,9 @@
-// node bundle.mjs BUILT VIEWER.html MODELS OUT: makes the page in its two forms.
+// node bundle.mjs BUILT VIEWER.html MODELS OUT: writes both forms of the page.
 //
-//   OUT/photo3d.html   one file that works by double click
+//   OUT/photo3d.html   one file that opens by double click
 //   OUT/site/          a folder for a server: index.html, its files, and a service worker
 //
-// BUILT has what Emscripten made: converter.js and converter.wasm, and converter_threads with threads. MODELS has the weights.
+// BUILT has Emscripten's output: converter.js and converter.wasm, and converter_threads with threads. MODELS has the weights.
 
 import { createHash } from "node:crypto";
 import { mkdir, readFile, rm, writeFile } from "node:fs/promises";
@@ -21,14 +21,14 @@ if (!output) {
     process.exit(2);
 }
 
-/** The text that esbuild makes of a file and all that the file imports. */
+/** Bundles a file and its imports with esbuild. Returns the text. */
 async function bundle(entry, options = {}) {
     const result = await build({ bundle: true, minify: true, write: false, logLevel: "warning", target: ["es2022"], ...options, ...entry });
     return result.outputFiles[0].text;
 }
 const bundleFile = (name, options) => bundle({ entryPoints: [join(source, name)] }, options);
 
-/** Replaces a marker that stands in a text exactly once. */
+/** Replaces a marker, which must occur in the text exactly once. */
 function fill(text, marker, content) {
     const parts = text.split(marker);
     if (parts.length !== 2) throw new Error(`expected ${marker} once, found it ${parts.length - 1} times`);
@@ -37,7 +37,7 @@ function fill(text, marker, content) {
 
 const hashOf = (text) => `'sha256-${createHash("sha256").update(text).digest("base64")}'`;
 
-/** Puts the low bytes of 16-bit numbers before the high bytes: they compress better. assets.js undoes it. */
+/** Moves the low bytes of 16-bit numbers before the high bytes for better compression. assets.js reverses it. */
 function splitHalves(bytes) {
     const halves = Buffer.alloc(bytes.length);
     const low = Math.ceil(bytes.length / 2);
@@ -45,7 +45,7 @@ function splitHalves(bytes) {
     return halves;
 }
 
-/** Compresses a file with gzip, in the fewest bytes: all browsers unpack it. */
+/** Compresses a file with gzip at maximum level, which all browsers unpack. */
 const pack = async (bytes) => Buffer.from(await zopfli.gzipAsync(bytes, { numiterations: 3 }));
 
 /** Minifies a file of Emscripten. */
@@ -61,13 +61,13 @@ const assets = {
     "inpainting.halves": splitHalves(await readFile(join(models, "farbrausch.safetensors"))),
     "viewer.html": Buffer.from(viewerPage),
 };
-/** In place of the converter, where the page may have threads: only a server can allow it. */
+/** Replaces the converter on pages with threads, which only a server can allow. */
 const assetsOfThreads = {
     "converter_threads.js": await minify("converter_threads.js"),
     "converter_threads.worker.js": await minify("converter_threads.worker.js"),
     "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
 };
-/** Read when the first HEIC photo comes, and only in the folder: they would make the page a ninth larger. */
+/** Loaded with the first HEIC photo, and only from the folder, because these files would enlarge the page by a ninth. */
 const assetsOfHeic = {
     "heic.js": Buffer.concat([await minify("heic.js"), Buffer.from("\n"), Buffer.from(await bundleFile("heic.js"))]),
     "heic.wasm": await readFile(join(built, "heic.wasm")),
@@ -78,7 +78,7 @@ const style = await bundleFile("style.css");
 const program = (await bundleFile("main.js", { format: "iife" })).replace(/<\/script/g, "<\\/script");
 const template = await readFile(join(source, "page.html"), "utf8");
 
-/** @param {string} assetsText @param {string} server  places that the page may read files from @param {string} heic  where HEIC is read */
+/** @param {string} assetsText @param {string} server  origins from which the page may read files @param {string} heic  where HEIC is read */
 function makePage(assetsText, server, heic) {
     const scripts = [program, ...viewerScripts].map(hashOf).join(" ");
     const policy =

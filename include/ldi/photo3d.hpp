@@ -110,7 +110,12 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// Converts a photo to a 3D photo.
 ///
 /// photo           H x W x 3, at least one pixel
-/// own, inpainter  as above
+/// estimator       for the photo's depth
+/// decider         for the sides of pixels beside silhouettes, such as aligned_silhouettes
+/// own             columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the
+///                 vertices
+/// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
+///                 texture
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
@@ -127,7 +132,14 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// Same as above, with aligned_silhouettes.
+/// Converts a photo to a 3D photo; aligned_silhouettes decides the sides of pixels beside silhouettes.
+///
+/// photo      H x W x 3, at least one pixel
+/// estimator  for the photo's depth
+/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
+///
+/// Raises the errors of the stages.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},

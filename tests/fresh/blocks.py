@@ -2,21 +2,21 @@
 """Extracts the command blocks of the project's Markdown pages: every indented block, and every block fenced as sh.
 
     blocks.py list [PAGE...]         a line per block: PAGE, LINE, WHEN (now or late), REASON to skip it or -; separated by tabs
-    blocks.py script PAGE LINE       a block as a script for bash, with what it needs first
-    blocks.py pages                  the pages that have such blocks, cheap ones first, each after the page whose machine it goes on with
+    blocks.py script PAGE LINE       a block as a script for bash, after the commands that prepare it
+    blocks.py pages                  the pages with such blocks, cheap pages first, each after the page whose machine it reuses
 
-Comments, which no reader sees, tell tests/fresh/run.sh how to run a block. Above the block:
+Comments, which are invisible to readers, control how tests/fresh/run.sh runs a block. Above the block:
 
-    <!-- fresh: skip REASON -->      not run: it needs what a machine does not have, or takes hours
+    <!-- fresh: skip REASON -->      not run, because it needs something that a fresh machine lacks, or takes hours
     <!-- fresh: late -->             run after all blocks of all pages that are not late
-    <!-- fresh: in FOLDER -->        run there, not in the top folder
-    <!-- fresh: first COMMANDS -->   run before it: gets what stands for the reader's own, photo.jpg and such
+    <!-- fresh: in FOLDER -->        run in FOLDER instead of the top folder
+    <!-- fresh: first COMMANDS -->   run before the block: provides the reader's own files, such as photo.jpg
 
 In the first lines of a page:
 
-    <!-- fresh: after PAGE -->       the page is read on the machine on which PAGE was; other pages start on a new one
+    <!-- fresh: after PAGE -->       the page runs on the machine of PAGE; other pages start on a new machine
 
-A block in another language is fenced with its name.
+Blocks in other languages are fenced with the language's name.
 """
 
 import re
@@ -31,7 +31,7 @@ COMMENT = re.compile(r"<!-- fresh: (skip|late|in|first|after)\b\s*(.*?)\s*-->", 
 
 class Block(NamedTuple):
     page: str
-    line: int  # of its first line, from 1
+    line: int  # number of the first line, from 1
     text: str
     comments: dict
 
@@ -55,7 +55,7 @@ def indent_of(line):
 
 def blocks_of(page):
     lines = (ROOT / page).read_text(encoding="utf-8").split("\n")
-    at, above, item = 0, [], 0  # above: the comments directly before a block; item: indentation of a list's text
+    at, above, item = 0, [], 0  # above: comments directly before a block; item: indentation of a list item's text
     while at < len(lines):
         line, start = lines[at], at
         fence = re.match(r" *```(\w*)", line)

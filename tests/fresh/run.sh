@@ -8,7 +8,7 @@
 #   tests/fresh/run.sh --resume              without the blocks that passed in the last run, on the machines of that run
 #   tests/fresh/run.sh --ccache FOLDER       compiles through a compiler cache
 #
-# build/fresh contains the machines and each block's output. tests/fresh/blocks.py says how pages mark their blocks.
+# build/fresh contains the machines and each block's output. tests/fresh/blocks.py describes the marks of blocks in pages.
 set -euo pipefail
 repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
 cd "$repository"
@@ -59,7 +59,7 @@ new_machine() {
     rm -rf "$root" && mkdir -p "$root"
     tar -x --same-owner -f "$fresh/base.tar" -C "$root"
     apt-config dump | grep '^Acquire::' >"$root/etc/apt/apt.conf.d/90this_machine" || true
-    printf 'APT::Get::Assume-Yes "true";\n' >>"$root/etc/apt/apt.conf.d/90this_machine"  # a reader would answer yes
+    printf 'APT::Get::Assume-Yes "true";\n' >>"$root/etc/apt/apt.conf.d/90this_machine"  # answers yes for the reader
     echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/quick"
     cp /etc/resolv.conf "$root/etc/resolv.conf"
     cp -r /usr/local/share/ca-certificates "$root/usr/local/share/"

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 
-MAX_BYTES = 150_000  # larger files only exhaust memory
+MAX_BYTES = 150_000  # larger files test only memory limits
 SOURCE, FOLDER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 MAKERS = os.path.join(SOURCE, "..", "shared", "hostile")
 FUZZERS = {"depth": "depth_map", "npy": "depth_map", "pfm": "depth_map", "keys": "key_frames", "st": "safetensors", "manifest": None, "manifest2": None}
@@ -22,7 +22,7 @@ def main():
     with tempfile.TemporaryDirectory() as work:
         files = os.path.join(work, "files")
         environment = {**os.environ, "BOMBS": files, "SAMPLE": os.path.join(SOURCE, "examples/photo3d/sample.jpg")}
-        for maker in ("bombs.py", "heif.py", "scan.py"):  # the last files of one that lacks something are missing
+        for maker in ("bombs.py", "heif.py", "scan.py"):  # a script that lacks a library does not write its last files
             made = subprocess.run(["/usr/bin/python3", os.path.join(MAKERS, maker)], env=environment, capture_output=True, text=True)
             if made.returncode != 0:
                 print(f"skipped the rest of {maker}: {made.stderr.strip().splitlines()[-1]}")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every public function and class of the library's computing folders has a benchmark in ldi_bench, except those below.
+"""Checks that every public function and class of the computing folders has a benchmark in ldi_bench, except those below.
 
 Reads sources only: the names at the start of lines of the headers, and add("FOLDER/NAME... in bench/. A benchmark counts if its
 file also mentions the name as code. The test cannot tell whether the benchmark measures the right thing."""
@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-# First part of a benchmark's name, and the folder of the headers.
+# Maps the first part of a benchmark's name to the folder of headers.
 FOLDERS = [(f, f) for f in ("core", "kernels", "networks", "depth", "occlusion", "inpaint", "charts", "texture", "mesh", "render")]
 FOLDERS += [("nn", "nn/ldi"), ("networks", "nn/dense")]
 
-# Names without a benchmark of their own, by reason.
+# Names without their own benchmark, by reason.
 EXCEPTIONS = {
     "a few instructions": """opposite step_x step_y to_string same_shape focal_length_from_35mm focal_length_from_field_of_view copied
         zeroed first_of averaged is_requantization_scale are_addition_ratios make_requantization make_quantized_addition
@@ -26,8 +26,8 @@ EXCEPTIONS = {
 
 
 def public_names(header):
-    """Names of functions and classes that start in the first column, outside namespace detail."""
-    names, spaces, depth, statement = set(), [], 0, ""  # spaces: depth of braces before each open namespace, and its name
+    """Returns the names of functions and classes that start in the first column, outside namespace detail."""
+    names, spaces, depth, statement = set(), [], 0, ""  # spaces: brace depth before each open namespace, and its name
     for line in header.read_text().splitlines():
         line = line.split("//")[0].rstrip()
         if line.startswith("namespace"):

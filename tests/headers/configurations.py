@@ -34,20 +34,20 @@ def compile_unit(setting):
 
 
 def shared_symbols(unit):
-    """The functions and variables that an object shares with others: weak (W, V) and unique (u) symbols."""
+    """Returns the functions and variables that an object shares with others: weak (W, V) and unique (u) symbols."""
     lines = subprocess.run(["nm", "-C", unit], check=True, capture_output=True, text=True).stdout.splitlines()
     return {line.split(maxsplit=2)[2] for line in lines if re.match(r"[0-9a-f]+ [WVu] ", line)}
 
 
 def configuration(*flags):
-    """The name of ldi's namespace."""
+    """Returns the name of ldi's namespace."""
     text = "#include <ldi/base/config.hpp>\nLDI_CONFIGURATION\n"
     done = subprocess.run([*compiler, "-std=c++20", f"-I{ROOT / 'include'}", *flags, "-E", "-P", "-x", "c++", "-"], input=text,
                           check=True, capture_output=True, text=True)
     return done.stdout.split()[-1]
 
 
-# Every flag that allows instructions which other processors lack, or other rounding, changes the namespace's name.
+# Every flag that permits instructions which some processors lack, or different rounding, changes the namespace's name.
 if platform.machine() in ("x86_64", "AMD64"):
     for flag in ("sse3", "ssse3", "sse4.1", "sse4.2", "popcnt", "avx", "avx2", "fma", "bmi", "bmi2", "lzcnt", "avx512f", "avx512vl",
                  "avx512vbmi", "avx512vnni"):

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""A folder of include/ldi includes only from itself, from the folders that FLOORS permits, and version.hpp. It never includes another
-folder's detail/. Examples and benchmarks use no detail/ at all, except those in KNOW_PARTS."""
+"""Checks that each folder of include/ldi includes only itself, the folders that FLOORS permits, and version.hpp, and never another
+folder's detail/. Examples and benchmarks include no detail/, except those in KNOW_PARTS."""
 
 import re
 import sys
 from pathlib import Path
 
-# Stages are siblings: whoever uses the geometry compiles no network.
+# Stages are siblings, so users of the geometry compile no network.
 FLOORS = {
     "base": "",
     "core": "base",
@@ -26,7 +26,7 @@ FLOORS = {
     "io": "base core nn networks formats",
 }
 FOR_ALL = {"version.hpp"}
-# Measure parts of a stage, or decode files in memory in a browser.
+# These measure parts of a stage, or decode files in memory in a browser.
 KNOW_PARTS = {"bench/kernels", "bench/networks", "bench/quality/beside_silhouettes.hpp", "bench/support", "examples/web"}
 
 root = Path(__file__).resolve().parent.parent.parent

@@ -26,7 +26,7 @@ for first, *cells in rows:
     else:
         families[re.match(r"`(\w+)`", first).group(1)] = {name for name, cell in zip(names, cells) if cell}
 
-# Exceptions from the rule that files are named as in LDI_ISA. x86.hpp serves two sets.
+# Files whose names differ from LDI_ISA. x86.hpp contains two instruction sets.
 FILES = {"avx2": {"avx2", "x86"}, "avxvnni": {"avx_vnni"}, "avx512vnni": {"avx512vnni", "x86"}}
 for folder in sorted(path.name for path in kernels.iterdir() if path.is_dir() and path.name != "detail"):
     if folder not in families:

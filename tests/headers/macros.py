@@ -26,7 +26,7 @@ MACROS = """
 """
 
 header = ROOT / "single_include/ldi/ldi.hpp"
-# The standard library does not survive min and max: whoever defines them has included it before.
+# The standard library does not compile after min and max, so it comes first.
 standard = sorted(set(re.findall(r"^#include <([a-z_]+)>", header.read_text(encoding="utf-8"), re.MULTILINE)))
 program = "".join(f"#include <{name}>\n" for name in standard)
 program += "#if defined(__x86_64__)\n#include <immintrin.h>\n#endif\n" + MACROS + f'#include "{header}"\n'

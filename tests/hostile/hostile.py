@@ -1,4 +1,4 @@
-"""Runs photo3d on every file of a folder, as the file's name determines, and checks the promises of SECURITY.md.
+"""Runs photo3d on every file of a folder, with arguments chosen by the file's name, and checks the promises of SECURITY.md.
 
     hostile.py PHOTO3D FOLDER SOUND_PHOTO [PATTERN...]
 """
@@ -17,7 +17,7 @@ EXIT_CODES = (0, 1, 2, 75)
 
 
 def arguments_for(name, hostile, sound):
-    """The program's arguments for a file, and the names that it may create."""
+    """Returns the program's arguments for a file, and the names of files that it may create."""
     kind = name.split("_")[0].split(".")[0]
     if kind in ("depth", "npy", "pfm"):
         return [sound, "--depth", hostile, "-o", "out.glb"], {"out.glb"}
@@ -37,11 +37,11 @@ def limit():
 
 
 def measure(command, folder):
-    """Exit code (negative: the signal), seconds of processor time, megabytes at the peak, last line of standard error."""
+    """Returns exit code (negative: signal), processor seconds, peak megabytes, last line of standard error."""
     with tempfile.TemporaryFile() as said:
         environment = {**os.environ, "TMPDIR": folder}
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=said, preexec_fn=limit, env=environment)
-        deadline = time.monotonic() + 30 * MAX_SECONDS  # only against endless runs: a busy machine must not fail the test
+        deadline = time.monotonic() + 30 * MAX_SECONDS  # stops endless runs only, so that a busy machine does not fail the test
         while True:
             ended, status, used = os.wait4(process.pid, os.WNOHANG)
             if ended:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that the lessons' pictures are those that learn_make_crops cuts out of the sample.
+"""Checks that the lessons' pictures equal the output of learn_make_crops from the sample.
 
     crops.py PROGRAM
 """

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The page of the lessons shows what is in their files: every excerpt occurs there line by line, every lesson is on it and short, and
-its pictures are there and small. What it says that a lesson prints, the lesson prints, to a twentieth.
+"""Checks the page of the lessons: every excerpt occurs line by line in its lesson, the page links every lesson, lessons are short, and
+pictures exist and are small. Lessons print the output that the page shows, with numbers within 5 %.
 
-    page.py [FOLDER]      of the built lessons
+    page.py [FOLDER]      FOLDER: built lessons
 """
 
 import re
@@ -36,7 +36,7 @@ for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
             faults.append(f"not in {' or '.join(linked)}:\n{excerpt}")
 
 def differences(said, printed):
-    """Numbers may differ by 5 %, because rounding depends on the processor and the compiler, and timing on the threads."""
+    """Returns whether outputs differ. Numbers may differ by 5 %: rounding depends on the processor and the compiler, timing on the threads."""
     number = r"\d+(?:\.\d+)?"
     if re.sub(r"\s+", " ", re.sub(number, "0", said)) != re.sub(r"\s+", " ", re.sub(number, "0", printed)):
         return True

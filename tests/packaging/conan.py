@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The conan recipe exports what it packages, and a compiler finds the package. Where there is a conan it runs; elsewhere a module
-that has the recipe's few functions stands in for it.
+"""Checks that the conan recipe exports all files that it packages, and that a compiler finds the package. Without conan, a mock module with
+the few functions that the recipe calls replaces it.
 
     conan.py PREFIX FOLDER COMPILER
 """
@@ -28,7 +28,7 @@ if shutil.which("conan"):
 
 
 def copy(recipe, pattern, src, dst):
-    """conan.tools.files.copy(): patterns cross folders, and there must be something for each of them here."""
+    """Replaces conan.tools.files.copy(): patterns match across folders, and each must match a file."""
     found = [path for path in Path(src).rglob("*") if path.is_file() and fnmatch.fnmatch(path.relative_to(src).as_posix(), pattern)]
     if not found:
         sys.exit(f"nothing in {src} is {pattern}")

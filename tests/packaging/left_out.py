@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""CMake leaves out each part that lacks a package, with one line that names the package, and builds the others; with LDI_REQUIRED it stops.
+"""Checks that CMake leaves out each part with a missing package, prints one line with the package's name, and stops with LDI_REQUIRED.
 
     left_out.py FOLDER COMPILER
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 folder, compiler = Path(sys.argv[1]), sys.argv[2]
 
-# By the name for find_package(): Debian's package, and a part that needs it.
+# Maps the name for find_package() to Debian's package, and a part that needs it.
 PACKAGES = {
     "Catch2": ("catch2", "tests of the library's parts"),
     "TinyGLTF": ("libtinygltf-dev", "tests/formats"),

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A compiler finds an installed ldi through pkg-config, also after the installed tree has moved; license and single header are there.
+"""Checks that a compiler finds an installed ldi through pkg-config, also after moving the tree, and that license and single header exist.
 
     pkg_config.py PREFIX FOLDER COMPILER
 """

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""The vcpkg port installs ldi, and a consumer finds it there. vcpkg itself fetches its tools, so its functions are stood in for by
-what they do to a port like this one.
+"""Checks that the vcpkg port installs ldi, and that a consumer finds it. vcpkg downloads its tools, so mocks replace its functions.
 
     vcpkg.py PREFIX FOLDER COMPILER
 """

@@ -1,9 +1,9 @@
-"""How photo3d --batch behaves: the same bytes as one by one, a line per photo whatever becomes of it, memory within its bound, and after
-a kill it goes on where it was.
+"""Tests photo3d --batch: the same bytes as single runs, one line per photo, also for failures, memory within its limit; resumes after a
+kill.
 
     batch.py PHOTO3D SOURCE_DIR [KILLS]
 
-KILLS (default 6): how often a batch is killed at a random time.
+KILLS (default 6): number of kills at random times.
 """
 import json
 import os
@@ -47,7 +47,7 @@ def depth(seed, width=60, height=80):
 
 
 class folder_of_photos:
-    """Photos a.png, b.png, ... in photos/, their depth maps in depth/; the program runs there."""
+    """A working folder of the program with photos a.png, b.png, ... in photos/ and their depth maps in depth/."""
 
     def __init__(self, count=5):
         self.names = [chr(ord("a") + i) for i in range(count)]
@@ -82,7 +82,7 @@ class folder_of_photos:
         return subprocess.run([program, *arguments, "--inpaint", "diffusion", "--viewer", "viewer.html"], cwd=self.path, capture_output=True, timeout=120, **how)
 
     def batch(self, *arguments, given_depth=True, code=DONE, **how):
-        """The lines of the results, by photo name."""
+        """Returns the lines of the results by photo name."""
         result = self.run("--batch", *arguments, *(["--depth", "depth"] if given_depth else []), **how)
         check(f"--batch {arguments}: exit code {result.returncode}", code is None or result.returncode == code, result.stderr)
         lines = [json.loads(line) for line in result.stdout.decode().splitlines()]
@@ -182,7 +182,7 @@ def bad_photos():
 
 
 def links():
-    """Two outputs that are the same file, also under different names, are refused before the second conversion."""
+    """The program refuses two outputs that are the same file, also under different names, before the second conversion."""
     def outputs(*names):
         return "\n".join(json.dumps({"photo": f"photos/{photo}.png", "output": name}) for photo, name in zip("abcde", names)).encode()
 
@@ -308,7 +308,7 @@ def memory():
 
 
 def kills():
-    """Killed at any time and called again, a batch leaves each photo's result once and complete, and no other file."""
+    """A batch that was killed at any time and started again leaves each photo's result once and complete, and no other file."""
     random.seed(2)
     with folder_of_photos(16) as f:
         command = ["photos", "-o", "out", "--html", "out", "--skip-existing"]

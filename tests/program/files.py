@@ -4,7 +4,7 @@ import zlib
 
 
 def png(width, height, channels=3, rows=None):
-    """A PNG file whose row y is rows(y); by default, row y has gray level y."""
+    """Encodes a PNG file whose row y is rows(y); by default, row y has gray level y."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
@@ -17,7 +17,7 @@ def png(width, height, channels=3, rows=None):
 
 
 def pixels(data):
-    """The rows of an 8-bit RGB PNG file, each a bytes object."""
+    """Returns the rows of an 8-bit RGB PNG file, each a bytes object."""
     width, height = struct.unpack(">II", data[16:24])
     packed, at = b"", 8
     while at < len(data):

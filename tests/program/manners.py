@@ -1,8 +1,8 @@
-"""Tests the command line of photo3d: arguments, messages, and that no end of the program loses files or leaves temporary ones.
+"""Tests the command line of photo3d: arguments, messages, and that the program, however it ends, loses no file and leaves no temporary one.
 
     manners.py PHOTO3D SOURCE_DIR [KILLS]
 
-KILLS (default 24): how often it is killed at a random time.
+KILLS (default 24): number of kills at random times.
 """
 import base64
 import json
@@ -39,7 +39,7 @@ DEPTH = png(60, 80, 1, lambda y: bytes(40 if x < 30 else 200 for x in range(60))
 
 
 class folder_of_files:
-    """A folder with a photo, its depth map and a viewer; the program runs in it."""
+    """A working folder of the program with a photo, its depth map and a viewer."""
 
     def __enter__(self):
         self.path = tempfile.mkdtemp()
@@ -66,7 +66,7 @@ class folder_of_files:
         return sorted(set(os.listdir(self.path)) - self.given)
 
     def state(self):
-        """All files of the folder."""
+        """Returns all files of the folder."""
         state = {}
         for folder, folders, names in os.walk(self.path):
             for name in folders + names:
@@ -83,7 +83,7 @@ class folder_of_files:
 
 
 def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how):
-    """made: the files that the run adds; None: the run changes nothing."""
+    """made: files that the run must add; None: the run must change nothing."""
     before = folder.state()
     result = folder.run(*arguments, quiet=quiet, **how)
     said = result.stderr.decode(errors="replace")
@@ -160,7 +160,7 @@ def names():
         said = expect("a photo that is not there", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a readable file, found no such file"]).stderr
         check("a photo that is not there: in our words", b"No such file" not in said, said)
         f.write("text.png", b"hello")
-        for photo in ("you.png", "text.png"):  # refused before the networks are read, of which one is invalid
+        for photo in ("you.png", "text.png"):  # refused before reading the networks, one of which is invalid
             result = subprocess.run([PROGRAM, photo, "--depth", "depth.png", "--inpainting-model", "viewer.html", "-o", "a.glb", "--quiet"], cwd=f.path, capture_output=True, text=True)
             check(f"{photo} is looked at before weights that are none", result.returncode == NEVER and photo in result.stderr and "viewer.html" not in result.stderr, result.stderr)
         os.remove(f / "text.png")
@@ -187,7 +187,7 @@ def names():
 
 
 def start_script():
-    """examples/photo3d/run.sh, with a program that only prints where it would write."""
+    """Runs examples/photo3d/run.sh with a program that only prints its output paths."""
     script = os.path.join(SOURCE, "examples/photo3d/run.sh")
     usage = subprocess.run([script, "--help"], capture_output=True, text=True)
     check("run.sh --help", usage.returncode == DONE and "usage: " in usage.stdout and usage.stderr == "", usage)
@@ -272,11 +272,11 @@ def what_is_kept():
         check("other names are kept", os.path.samefile(f / "b.glb", f / "other.glb") and is_whole_glb(f.read("other.glb")))
         check("permissions are kept", stat.S_IMODE(os.stat(f / "c.glb").st_mode) == 0o640 and is_whole_glb(f.read("c.glb")))
         check(f"nothing else is made: {f.made()}", f.made() == ["a.glb", "b.glb", "c.glb", "other.glb", "real"] and os.listdir(f / "real") == ["a.glb"])
-        if os.geteuid() != 0:  # root may write everywhere
+        if os.geteuid() != 0:  # root can write everywhere
             os.chmod(f / "c.glb", 0o440)
             expect("a protected file", f, ["me.png", "-o", "c.glb"], NEVER, ["c.glb", "protected"])
     with folder_of_files() as f:
-        # All outputs or none: the last one fails.
+        # The last output fails, so the program writes none.
         for name in ("a.glb", "a.html"):
             f.write(name)
         everything = ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--stages", "stages", "--depth-map", "map.png"]
@@ -306,8 +306,8 @@ def is_whole(name, content):
 
 
 def kills():
-    """Whenever the program ends, every file is complete, old or new. After a signal that it can catch, no temporary file remains, and all
-    files are old or all are new."""
+    """Kills the program at random times: every file is complete, old or new. After a signal that it can catch, no temporary file remains, and
+    all files are old or all are new."""
     random.seed(1)
     names = ["a.glb", "a.html", "a.json", "map.png"]
     with folder_of_files() as f:

@@ -1,8 +1,8 @@
-"""Runs the program photo3d on valid input and on all kinds of faulty files.
+"""Runs photo3d on valid input and on invalid files of all kinds.
 
     photo3d.py PHOTO3D SOURCE_DIR
 
-Every run must end with a GLB file, or with a message that says what was expected and what was found, and then with nothing written.
+Every run must write a GLB file, or write nothing and print a message with the expected and the actual value.
 """
 import base64
 import json
@@ -28,7 +28,7 @@ passed = failed = 0
 
 
 def check_written_files(folder):
-    """Compressed GLB files, stereo pictures and USDZ, of a photo with a red line far away and a green one near."""
+    """Tests compressed GLB files, stereo pictures and USDZ of a photo with a far red line and a near green line."""
     def write(name, *options):
         path = os.path.join(folder, name)
         kind = {".glb": "-o", ".usdz": "--usdz"}.get(os.path.splitext(name)[1], "--stereo-image")
@@ -67,7 +67,7 @@ def check_written_files(folder):
     rows = pixels(write("pair.png"))
 
     def middle(color, first, last):
-        """The pixels of that color in a row, between these columns."""
+        """Returns the pixels of that color in a row, between these columns."""
         seen = [x for x in range(first, last) if rows[100][3 * x + color] > rows[100][3 * x + 1 - color] + 60]
         return sum(seen) / max(len(seen), 1) - first
 
@@ -102,14 +102,14 @@ def check_written_files(folder):
 
 
 def jpeg_size(data):
-    """Width and height of a JPEG file that the program wrote."""
+    """Returns width and height of a JPEG file that the program wrote."""
     at = data.index(b"\xff\xc0")
     return struct.unpack(">HH", data[at + 5 : at + 9])[::-1]
 
 
 def check_full_size(folder):
-    """A photo whose texture is larger than its working size, in every output format at once, and the memory for 12 megapixels."""
-    # Far on the left and near on the right, with lines 2 pixels wide, which vanish at the working size, a twentieth.
+    """Tests a photo with a texture larger than its working size in every output format at once, and the memory for 12 megapixels."""
+    # Far on the left, near on the right, with lines of 2 pixels' width, which vanish at the working size, a twentieth of the photo's.
     lines = bytes(v for x in range(4400) for v in ((250, 0, 0) if x in (1200, 1201) else (0, 250, 0) if x in (3000, 3001) else (90, 90, 90)))
     photo = file(folder, "wide.png", png(4400, 800, 3, lambda y: lines))
     depth = ["--depth", file(folder, "wide_depth.png", png(440, 80, 1, lambda y: bytes(40 if x < 220 else 200 for x in range(440))))]
@@ -173,7 +173,7 @@ def npy(width, height, value):
 
 
 def run(name, arguments, expect=None, environment=None, program=PROGRAM):
-    """expect: words of the message; None if the run must succeed."""
+    """expect: words in the message; None if the run must succeed."""
     global passed, failed
     with tempfile.TemporaryDirectory() as folder:
         output = os.path.join(folder, "out.glb")
@@ -210,7 +210,7 @@ def check_report(name, arguments, expect, environment=None, program=PROGRAM):
 
 
 def check_notes(folder, small, small_depth):
-    """A run prints what is unusual about a photo; its report and its line in a batch have the same sentences."""
+    """A run prints unusual properties of a photo; its report and its line in a batch have the same sentences."""
     random, width, height = Random(3), 384, 288
     photo = file(folder, "noted.png", png(width, height))
     maps = {"noise": lambda y: bytes(random.randrange(256) for _ in range(width)), "stairs": lambda y: bytes(20 + 18 * (x // 6 % 12) for x in range(width))}
@@ -307,7 +307,7 @@ def main():
         run("a depth network for inpainting", [small, *depth, "--inpainting-model", student], ["tiefenrausch_weights.safetensors", "an inpainting network", "found tiefenrausch_small"])
         run("a depth network cut off", [small, "--depth-model", file(folder, "cut.safetensors", open(student, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 
-        # The search for weights that no option names, after the program was moved with its data and without.
+        # Tests the search for weights without an option, after moving the program with and without its data.
         models, alone, other = os.path.join(SOURCE, "examples/models"), os.path.join(folder, "alone"), os.path.join(folder, "other")
         os.mkdir(alone), os.mkdir(other)
         moved, both = shutil.copy(PROGRAM, alone), {"LDI_MODELS": models}
@@ -325,7 +325,7 @@ def main():
         help_text = subprocess.run([moved, "--help"], capture_output=True, text=True).stdout
         check("the help says where weights are looked for", "LDI_MODELS" in help_text and share in help_text)
 
-        # A page for a browser; tests/viewer shows it in real ones.
+        # A page for a browser; tests/viewer opens it in real browsers.
         viewer = file(folder, "viewer.html", b"1<title>3D photo</title>2<!-- the photo goes here -->3")
         page, odd_name = os.path.join(folder, "page.html"), file(folder, "a<b&c.png", png(60, 80))
         run("a page", [odd_name, *depth, "--html", page, "--viewer", viewer])
@@ -339,9 +339,9 @@ def main():
         check_written_files(folder)
         check_full_size(folder)
 
-        # Moving pictures.
+        # Videos.
         frames, depth_map = os.path.join(folder, "frames"), os.path.join(folder, "map.png")
-        # a photo whose frames all differ: a checkerboard of five pixels' width
+        # a checkerboard of five pixels' width, so that all frames differ
         checks = file(folder, "checks.png", png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3))))
         video = [checks, *depth, "--fps", "4", "--seconds", "1", "--video"]
         run("frames of a circle, for two eyes", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])
@@ -354,7 +354,7 @@ def main():
         far_frames = os.path.join(folder, "far_frames")
         run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
-        check(f"past its border the photo goes on: {darkest}", darkest > 40)  # the checks are 60 and 180
+        check(f"the photo continues past its border: {darkest}", darkest > 40)  # the checks are 60 and 180
         run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
         run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):

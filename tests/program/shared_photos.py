@@ -14,7 +14,7 @@ VALIDATOR = os.path.join(SOURCE, "tests/gltf_validator")
 
 
 def conversions():
-    """Name and arguments of every run."""
+    """Yields the name and arguments of every run."""
     model = os.path.join(SHARED, "tiefenrausch")
     for name in ("columns", "pumpkin"):
         yield name, [os.path.join(model, "input", name + ".jpg"), "--depth-model", os.path.join(model, "model")]

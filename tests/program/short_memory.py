@@ -1,4 +1,4 @@
-"""Runs the program with less and less memory: it must end with a result or with exit code 75, never with a code for permanent failure.
+"""Runs the program with decreasing memory: it must end with a result or with exit code 75, never with a code for permanent failure.
 
     short_memory.py PHOTO3D SOURCE_DIR
 """
@@ -34,12 +34,12 @@ def run(folder, megabytes, *arguments):
 
 
 def least_memory(folder):
-    """Megabytes that the program needs to load its libraries and start."""
+    """Returns the megabytes that the program needs to load its libraries and start."""
     return next((megabytes for megabytes in range(30, 400, 2) if run(folder, megabytes, "--version").returncode == DONE), None)
 
 
 def write_photos(folder):
-    """The sample in every format for which this machine has a writer."""
+    """Writes the sample in every format for which this machine has a writer."""
     names = ["photo.jpg"]
     shutil.copy(SAMPLE, os.path.join(folder, "photo.jpg"))
     for name, options in (("photo.png", []), ("photo.webp", []), ("photo.tif", ["-compression_algo", "deflate"]), ("photo.bmp", []), ("photo.gif", [])):

@@ -3,7 +3,7 @@ import numpy as np
 
 
 def scene(height=96, width=128):
-    """A checkered square before a checkered wall, and its disparity."""
+    """Returns a photo of a checkered square in front of a checkered wall, and its disparity."""
     y, x = np.mgrid[0:height, 0:width]
     near = (abs(y - height // 2) < height // 4) & (abs(x - width // 2) < width // 4)
     check = ((x // 6 + y // 6) % 2 * 100 + 50).astype(np.uint8)
@@ -12,12 +12,12 @@ def scene(height=96, width=128):
 
 
 def layouts_of(array):
-    """The same values in memory as callers have them."""
+    """Returns the same values in memory layouts that callers use."""
     padded = np.zeros((array.shape[0] + 5, array.shape[1] + 7, *array.shape[2:]), array.dtype)
     padded[3:-2, 4:-3] = array
     spread = np.zeros((2 * array.shape[0], 3 * array.shape[1], *array.shape[2:]), array.dtype)
     spread[::2, ::3] = array
-    shifted = np.zeros(array.nbytes + 1, np.uint8)[1:].view(array.dtype).reshape(array.shape)  # not aligned
+    shifted = np.zeros(array.nbytes + 1, np.uint8)[1:].view(array.dtype).reshape(array.shape)  # unaligned
     shifted[...] = array
     row = array.nbytes // array.shape[0]
     gaps = np.ndarray(array.shape, array.dtype, np.zeros(array.shape[0] * (row + 1), np.uint8), strides=(row + 1, *array.strides[1:]))

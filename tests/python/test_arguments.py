@@ -1,4 +1,4 @@
-"""Every entry point against arguments of the wrong type, shape or value, and against arrays in every memory layout."""
+"""Calls every entry point with arguments of the wrong type, shape or value, and with arrays in every memory layout."""
 import re
 from pathlib import Path
 
@@ -14,7 +14,7 @@ MADE = ldi.photo3d(PHOTO, DEPTH, inpaint="diffusion")
 
 
 def check_message(raised, *words):
-    """A short text that names the argument, what is expected, and what was found."""
+    """Checks that a message is short and has the argument's name, the expected and the actual value."""
     text = str(raised.value)
     assert len(re.sub(r"/\S+", "PATH", text)) < 160 and "\n" not in text and "ldi._ldi" not in text, text
     assert re.match(r".+: expected .+, found .+", text), text
@@ -27,7 +27,7 @@ def png_of(picture, folder):
     return ldi.read_photo(folder / "picture.png").tobytes()
 
 
-# Name of the argument, and a call that returns something to compare.
+# Name of the argument, and a call that returns a result to compare.
 TAKES_PHOTO = {
     "photo3d": ("photo", lambda photo, folder: ldi.photo3d(photo, DEPTH, inpaint="diffusion").glb()),
     "clean_depth": ("photo", lambda photo, folder: ldi.clean_depth(photo, DEPTH).disparity.tobytes()),
@@ -160,7 +160,7 @@ def test_depth_in_every_layout(entry, layout):
 @pytest.mark.parametrize("entry", TAKES_DEPTH)
 @pytest.mark.parametrize("kind", ["u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", ">u2", ">i4", "f2", "f4", "f8", "g", ">f4", ">f8"])
 def test_depth_of_every_real_type(entry, kind):
-    """Disparity may have any scale and shift, so that integers do as well as fractions."""
+    """Disparity may have any scale and shift, so integers are as valid as fractions."""
     whole = np.where(DEPTH > 0.5, 100, 20)
     call = TAKES_DEPTH[entry][1]
     assert call(whole.astype(kind)) == call(whole.astype(np.float32))
@@ -220,7 +220,7 @@ def test_colors_in_every_layout(entry, layout):
     assert (result if entry == "inpaint" else result.layers).color.shape[1] == 3
 
 
-# Every option that is a number: a call with it, and the range.
+# Every numeric option: a call with it, and its range.
 NUMBERS = {
     ("photo3d", "long_side"): (lambda v: ldi.photo3d(PHOTO, DEPTH, long_side=v), 1, 16384, True),
     ("photo3d", "focal_length"): (lambda v: ldi.photo3d(PHOTO, DEPTH, focal_length=v), 1, 10000, False),
@@ -391,7 +391,7 @@ def files(tmp_path):
 
 
 class AnyPath:
-    """os.PathLike, but no pathlib.Path."""
+    """An os.PathLike that is no pathlib.Path."""
 
     def __init__(self, path):
         self.path = path
@@ -474,5 +474,5 @@ def test_a_network_is_read_once_per_file(files, monkeypatch):
     assert ldi.depth_network(files / "depth_network") is first
     (files / "other").mkdir()
     monkeypatch.chdir(files / "other")
-    with pytest.raises(ldi.FileError):  # the same name, another file
+    with pytest.raises(ldi.FileError):  # same name, other file
         ldi.depth_network("depth_network")

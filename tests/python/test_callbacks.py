@@ -14,7 +14,7 @@ PHOTO, DEPTH = scene()
 
 
 class Unusual(Exception):
-    """An exception that the package knows nothing of."""
+    """An exception that is unknown to the package."""
 
     def __init__(self, one, two):
         super().__init__(one, two)
@@ -28,7 +28,7 @@ def inpainted(inpaint):
     return ldi.photo3d(PHOTO, DEPTH, inpaint=inpaint)
 
 
-# Entry points, and how a function comes in.
+# Entry points that call a function.
 WAYS = {
     "depth of photo3d": estimated,
     "depth of clean_depth": lambda function: ldi.clean_depth(PHOTO, function),
@@ -52,7 +52,7 @@ def test_exceptions_come_out_as_they_went_in(way, failure):
     while trace:
         names.append(trace.tb_frame.f_code.co_name)
         trace = trace.tb_next
-    assert names[-1] == "fail"  # the traceback leads to where it was raised
+    assert names[-1] == "fail"  # the traceback ends where the exception was raised
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -98,7 +98,7 @@ def test_an_estimator_sees_the_photo_that_the_caller_has():
     large[50:146, 60:188] = PHOTO
     seen = []
     made = ldi.photo3d(large[50:146, 60:188], lambda photo: seen.append(photo) or DEPTH, inpaint="diffusion", long_side=64)
-    assert (seen[0] == PHOTO).all() and np.shares_memory(seen[0], large)  # in full size, without a copy
+    assert (seen[0] == PHOTO).all() and np.shares_memory(seen[0], large)  # full size, without a copy
     assert made.photo.shape == (48, 64, 3)
 
 
@@ -115,7 +115,7 @@ def test_an_inpainter_gives_what_the_network_gives():
 
 def test_an_inpainter_sets_unknown_colors_only():
     made = ldi.photo3d(PHOTO, DEPTH, inpaint=lambda layers: np.full((len(layers), 3), (10, 20, 30), np.uint8), texture=0, grain=0,
-                       frame="crop")  # past the frame, colors are those of the border
+                       frame="crop")  # past the frame, pixels have the border's colors
     layers = made.layers
     assert (layers.color[layers.known == 0] == (10, 20, 30)).all() and (layers.known == 0).any()
     assert not (layers.color[layers.known == 1] == (10, 20, 30)).all(axis=1).any()
@@ -133,7 +133,7 @@ def test_an_inpainter_sees_layers_that_stay_as_they_are():
     layers, color, before, known = kept[0]
     del made
     for _ in range(3):
-        inpainted(lambda layers: layers.color)  # uses memory anew
+        inpainted(lambda layers: layers.color)  # reuses the memory
     assert (color == before)[known == 1].all() and len(layers.x) == len(before)
 
 
@@ -171,7 +171,7 @@ def test_control_c_ends_the_work():
         if stage == "depth filter" and fraction == 0:
             os.kill(os.getpid(), signal.SIGINT)
 
-    # A shell that starts tests in the background lets them ignore Control-C.
+    # In tests that a shell started in the background, Control-C is ignored by default.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):
@@ -204,7 +204,7 @@ def large():
 
 @pytest.mark.parametrize("call", CALLS)
 def test_other_threads_run_meanwhile(call, large):
-    """The interpreter takes its lock from no thread here; so another runs only while the library has given it back."""
+    """The interpreter does not switch threads here, so another thread runs only while the library has released the lock."""
     is_done, runs = threading.Event(), []
 
     def run():
@@ -217,9 +217,9 @@ def test_other_threads_run_meanwhile(call, large):
     other.start()
     try:
         sys.setswitchinterval(1e6)
-        time.sleep(0.01)  # the other thread notices
+        time.sleep(0.01)  # the other thread detects it
         before = len(runs)
-        for _ in range(20):  # a busy machine may not get to the other thread in the first call
+        for _ in range(20):  # on a busy machine, the other thread may not run during the first call
             CALLS[call](*large)
             if len(runs) > before:
                 break

@@ -47,7 +47,7 @@ def test_motion_in_a_glb():
         return content["scenes"][content["scene"]]["extras"]["motion"]
 
     assert motion_in(MADE) == pytest.approx(0.08)
-    stairs = np.tile(20.0 + 18 * (np.arange(384) // 6 % 12), (288, 1))  # need more hidden surfaces than the limit
+    stairs = np.tile(20.0 + 18 * (np.arange(384) // 6 % 12), (288, 1))  # require more hidden surfaces than the limit
     assert 0 < motion_in(ldi.photo3d(np.full((288, 384, 3), 128, np.uint8), stairs, inpaint="diffusion")) < 0.08
 
 
@@ -107,7 +107,7 @@ def test_arithmetic():
 
 
 def test_a_photo_in_another_format():
-    """HEIC, as phones write it, where the package was built with libheif."""
+    """Reads HEIC files of phones, if the package was built with libheif."""
     path = os.path.join(os.path.dirname(__file__), "..", "..", "..", "shared", "depth_companions", "iphone_portrait_pug.heic")
     if not os.path.exists(path):
         pytest.skip("needs ../shared/depth_companions")

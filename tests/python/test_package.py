@@ -66,12 +66,12 @@ def test_stubs_are_right(tmp_path):
     """mypy's stubtest compares __init__.pyi with the package."""
     if subprocess.run([sys.executable, "-c", "import mypy"], stderr=subprocess.DEVNULL).returncode != 0:
         pytest.skip("mypy is not installed")
-    (tmp_path / "config").write_text("[mypy]\nignore_missing_imports = True\n")  # of the extension
+    (tmp_path / "config").write_text("[mypy]\nignore_missing_imports = True\n")  # names of the extension
     run = subprocess.run([sys.executable, "-m", "mypy.stubtest", "--concise", "--mypy-config-file", "config", "ldi"], cwd=tmp_path, capture_output=True, text=True)
-    # The extension's classes have a metaclass of their own, and constructors that take anything to refuse it.
+    # The extension's classes have their own metaclass, and constructors that accept any arguments and raise an error.
     known = re.compile(r"ldi\._|ldi\.\w+ is inconsistent, metaclass differs|ldi\.\w+\.__init__ is inconsistent, stub does not have \*args")
     assert not [line for line in run.stdout.splitlines() if not known.match(line)] and "error" not in run.stderr, run.stdout + run.stderr
-    assert "metaclass differs" in run.stdout  # it has compared
+    assert "metaclass differs" in run.stdout  # the comparison ran
 
 
 def test_results_describe_themselves():
@@ -98,7 +98,7 @@ def test_errors_survive_pickling(kind):
 
 
 def run_limited(code, more_bytes):
-    """Runs code in a process that gets so much memory beyond what the package needs."""
+    """Runs code in a process with a limit of memory beyond the package's own."""
     code = f"""
 import resource, sys
 import numpy as np, ldi
@@ -127,7 +127,7 @@ def test_too_little_memory_is_a_memory_error(code):
 
 
 def arrays_of(value):
-    """All arrays and numbers of a result, and of its parts."""
+    """Returns all arrays and numbers of a result and of its parts."""
     if isinstance(value, (ldi.Curve, ldi.Chart)):
         return [getattr(value, "sides", None), getattr(value, "pixels", None)]
     found = []
@@ -215,7 +215,7 @@ def test_results_and_errors_cross_processes():
 
 
 def test_readme(tmp_path):
-    """All Python of the README, in its order, as one script."""
+    """Runs all Python code of the README, in order, as one script."""
     text = (TOP / "examples" / "python" / "README.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert len(blocks) >= 4

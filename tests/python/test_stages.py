@@ -83,7 +83,7 @@ def test_layers_can_be_inpainted_again(made):
 
 
 def root_of(array):
-    """The object that an array's memory belongs to."""
+    """Returns the object that owns an array's memory."""
     while isinstance(array, np.ndarray):
         array = array.base
     return array
@@ -111,7 +111,7 @@ def test_arrays_outlive_their_owner(index):
 
 def test_arrays_of_a_photo3d_belong_to_its_parts(made):
     assert root_of(made.photo) is made.depth and root_of(made.disparity) is made.depth
-    assert made.layers is made.layers and made.mesh is made.mesh  # one object each, not one per access
+    assert made.layers is made.layers and made.mesh is made.mesh  # one object per array, not per access
     assert np.shares_memory(made.curves[0].sides, made.curves[0].sides)
 
 
@@ -160,6 +160,6 @@ def test_depth_by_the_network():
 
 
 def test_zero_disparity_is_far_away():
-    """A sky, as maps of 1 / distance have it; not an unknown value."""
+    """The sky in maps of 1 / distance, which is not an unknown value."""
     depth = ldi.clean_depth(PHOTO, np.where(DEPTH > 0.5, 1.0, 0.0), depth_is_inverse=True)
     assert depth.disparity.min() == 0 and depth.disparity.max() == 1 and depth.z_far > 10 * depth.z_near

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares the pages with the project: files, options, defaults, sizes and numbers that they name.
+"""Compares files, options, defaults, sizes and numbers on the pages with the project.
 
     figures.py PHOTO3D      the built program; without it, only what can be compared without
 """
@@ -29,7 +29,7 @@ def read(path):
 
 
 def found(pattern, text, what, page="README.md"):
-    """The groups of the one place where a page says so; a page that no longer says it needs another test."""
+    """Returns the groups of a pattern's only match in a page; fails if the page no longer has exactly one."""
     match = re.search(pattern, re.sub(r"\s+", " ", text))
     check(match, f"{page}: no {what} as in '{pattern}'")
     return match.groups() if match else None
@@ -49,7 +49,7 @@ readme = read("README.md")
 PROGRAM_PAGE = "examples/photo3d/README.md"  # lists the program's options
 program_page = read(PROGRAM_PAGE)
 
-# Every linked file, and every path in code that begins with one of our folders, is there.
+# Every linked file, and every path in code that begins with one of our folders, exists.
 FOLDERS = r"(?:bench|cmake|examples|include|packaging|scripts|single_include|tests)/"
 for page in pages:
     text, folder = read(page), (ROOT / page).parent
@@ -59,12 +59,12 @@ for page in pages:
         places = (ROOT, folder, ROOT / "include" / "ldi", ROOT / "bench" if page.startswith("bench") else ROOT)
         check(any(any(place.glob(path.rstrip("/"))) for place in places), f"{page}: no {path}")
 
-# Every name of the library is defined in it.
+# The library defines every name that the pages use.
 headers = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "include").rglob("*.hpp"))
 for name in set(re.findall(r"\bldi::(\w+)(?!\w|::)", readme)) - {"ldi", "io"}:
     check(re.search(rf"\b{name}\b", headers), f"README.md: no ldi::{name}")
 
-# The libraries that ldi::io needs.
+# Libraries that ldi::io needs.
 cmake = read("cmake/library.cmake") + read("cmake/FindLdiReaders.cmake")
 for sentence in found(r"`ldi::io`, for files, needs ([^;]*); all formats and fast JPEG encoding ([^(]*) \(", readme, "what ldi::io needs") or ():
     for library in sentence.split(", "):
@@ -72,7 +72,7 @@ for sentence in found(r"`ldi::io`, for files, needs ([^;]*); all formats and fas
 for target in re.findall(r"(\w+)::\w+=lib", cmake):
     check(target.lower().replace("png", "libpng") in readme, f"README.md: ldi::io also needs {target}")
 
-# Sizes of what ships, in files.
+# Sizes of the shipped files.
 weights = {path.name: path.stat().st_size for path in (ROOT / "examples/models").glob("*.safetensors")}
 both = found(r"networks of our own, ([\d.]+) MB together", readme, "size of the networks")
 if both:
@@ -91,7 +91,7 @@ check(re.search(r"50 pixels", readme), "README.md does not say that surfaces do 
 
 
 def options_of(page):
-    """Options of photo3d that a page names: none of other programs', whose lines and sentences name them."""
+    """Returns the options of photo3d on a page, without those on lines and in sentences about other programs."""
     others = r"cmake|pkg-config|git |tests/\S*run\.sh|sbatch|pip|apt-get|photo3d_|npm|--bench|bench/|conan|vcpkg|g\+\+|train\.py|start\.sh|venv|ctest|style\.css"
     kept = [line for line in read(page).split("\n") if not re.search(others, line)]
     return set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]+", "\n".join(kept)))

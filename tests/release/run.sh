@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Tries what packaging/release.sh makes, as people do who have no compiler: each file unpacked in a clean folder, with an empty environment.
-# The GLB has the bytes of the ordinary program's. Makes the files first. Takes ten minutes or more; not part of tests/run.sh.
+# Tests the files of packaging/release.sh like users without a compiler: unpacks each file in a clean folder, with an empty environment. The
+# GLB must equal that of the ordinary program. Makes the files first. Takes ten minutes or more; not part of tests/run.sh.
 # Ends with "N passed, N failed".
 #
-#   tests/release/run.sh [--made] [PART...]     --made: tries the files that are in out/release; PART: as for packaging/release.sh
+#   tests/release/run.sh [--made] [PART...]     --made: tests the files in out/release; PART: see packaging/release.sh
 set -euo pipefail
 repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
 cd "$repository"
@@ -30,7 +30,7 @@ clean=$repository/build/release_test
 sample=$repository/examples/photo3d/sample.jpg
 rm -rf "$clean" && mkdir -p "$clean"
 
-# From a clone, so that files that are not committed don't help.
+# Builds from a clone, without uncommitted files.
 make_files() {
     local clone=$repository/build/release_clone
     if [ -d "$clone" ]; then
@@ -47,14 +47,14 @@ build_ordinary() {
     [ -x "$ordinary" ] || { cmake --preset release -B build/photo3d -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >/dev/null &&
         cmake --build build/photo3d --target photo3d; }
 }
-# same_glb FILE [OPTION...]: whether FILE has the bytes that the ordinary program makes of the sample under that name, which is part of them.
+# same_glb FILE [OPTION...]: whether FILE equals the ordinary program's GLB of the sample. A GLB contains its file name.
 same_glb() {
     local folder=$clean/expected name
     name=$(basename "$1" .glb)
     rm -rf "$folder" && mkdir -p "$folder" && cp "$sample" "$folder/$name.jpg" &&
         (cd "$folder" && "$ordinary" "$name.jpg" -o "$name.glb" --quiet "${@:2}") && cmp "$folder/$name.glb" "$1"
 }
-# The same for files that were made of bytes without a name.
+# Same check for a GLB converted from bytes without a file name.
 same_nameless_glb() { "$ordinary" - -o - --quiet "${@:2}" <"$sample" | cmp - "$1"; }
 
 unpacked=
@@ -68,7 +68,7 @@ unpack() {
     unpacked=$(echo "$clean/$2"/*)
 }
 
-# In a root folder with nothing but the archive: no library, no shell, no /proc.
+# Runs in a root folder that contains only the archive: no library, no shell, no /proc.
 linux_alone() {
     local root=$clean/linux inside
     inside=/$(basename "$unpacked")
@@ -89,25 +89,25 @@ linux_reads_heic() {
 linux_compresses() {
     linux_alone -o /photo.glb --compress --quiet && same_glb "$clean/linux/photo.glb" --compress
 }
-moved() { # another name, another folder, another working folder, a link: it still finds its weights
+moved() { # finds its weights after renaming and moving, from another working folder, and through a link
     mv "$unpacked" "$clean/elsewhere" && ln -s "$clean/elsewhere/photo3d" "$clean/link" &&
         (cd / && env -i "$clean/link" "$clean/linux/photo.jpg" -o "$clean/photo.glb" --quiet) && same_glb "$clean/photo.glb"
 }
 
 wine64=$(command -v wine64 || echo /usr/lib/wine/wine64)
-# Wine reads names of files in this locale; Windows has them in UTF-16.
+# Wine reads file names in this locale; on Windows, they are in UTF-16.
 on_windows() { env -i LANG=C.UTF-8 HOME="$clean" WINEPREFIX="$clean/wine" WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=" "$wine64" "$@"; }
 windows_converts() {
     cp "$sample" "$unpacked/../photo.jpg" && (cd "$unpacked/.." && on_windows "$unpacked/photo3d.exe" photo.jpg) &&
         same_glb "$unpacked/../photo.glb" && grep -q model/gltf-binary "$unpacked/../photo.html"
 }
-windows_names() { # names that no code page of Windows has together, and no file left behind
+windows_names() { # names that no single code page of Windows can represent; no file remains
     local folder=$clean/names
     mkdir -p "$folder/Фото 写真" && cp "$sample" "$folder/Фото 写真/é😀.jpg" &&
         (cd "$folder" && on_windows "$unpacked/photo3d.exe" "Фото 写真/é😀.jpg" --quiet) && same_glb "$folder/Фото 写真/é😀.glb" &&
         [ "$(find "$folder" -type f | wc -l)" = 3 ]
 }
-windows_streams() { # bytes pass unchanged: no line ends are converted
+windows_streams() { # bytes pass unchanged, without converted line ends
     on_windows "$unpacked/photo3d.exe" - -o - --quiet <"$sample" >"$clean/stream.glb" && same_nameless_glb "$clean/stream.glb"
 }
 windows_frames() {
@@ -140,7 +140,7 @@ open("python.glb", "wb").write(made.glb())
 made.glb(compress=True)
 assert "model/gltf-binary" in made.html("photo")' "$sample" "$clean/venv") && same_nameless_glb "$clean/python.glb" --arithmetic float32
 }
-python_needs() { # nothing but glibc, and of that no newer symbols than the name says
+python_needs() { # links only glibc, and no newer symbols than the wheel's name states
     local extension wanted newest
     extension=$(compgen -G "$clean/venv/lib/python*/site-packages/ldi/_ldi*.so") &&
         ! readelf -d "$extension" | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' | grep -vE '^(libc|libm|ld-linux-x86-64)\.so\.[0-9]$' &&
@@ -153,13 +153,13 @@ python_needs() { # nothing but glibc, and of that no newer symbols than the name
 npm_imports() {
     mkdir -p "$clean/npm" && cd "$clean/npm" && printf '{"private": true, "type": "module"}\n' >package.json &&
         npm install --silent --offline --no-audit --no-fund "$release"/photo-3d-*.tgz &&
-        # Outside a browser the module resolves, and says nothing until an element is made.
+        # Outside a browser, the module loads without an error until a page creates an element.
         node -e 'const url = import.meta.resolve ? import.meta.resolve("photo-3d") : require.resolve("photo-3d"); if (!url.endsWith("photo-3d.js")) process.exit(1)' &&
         node --check node_modules/photo-3d/photo-3d.js && [ -s node_modules/photo-3d/photo-3d.d.ts ] && [ -s node_modules/photo-3d/README.md ] &&
         [ -s node_modules/photo-3d/LICENSE ]
 }
 
-web_is_whole() { # every file that the service worker names is there; tests/web/run.sh tries the page in browsers
+web_is_whole() { # every file that the service worker names exists; tests/web/run.sh tests the page in browsers
     local name names
     names=$(grep -oE '"[A-Za-z0-9_.-]+\.(html|gz)"' "$unpacked/site/offline.js" | tr -d '"') && [ "$(wc -w <<<"$names")" -ge 5 ] || return
     for name in $names heic.js.gz heic.wasm.gz; do

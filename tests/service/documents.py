@@ -10,7 +10,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 
 def lines(path):
-    """The complete lines of a file that may still grow."""
+    """Returns the complete lines of a file that may still grow."""
     return [json.loads(line) for line in open(path) if line.endswith("\n")] if os.path.exists(path) else []
 
 

@@ -5,7 +5,7 @@
 #
 #   PHOTOS=60 tests/service/run.sh     number of photos, 500 by default; 4 % of them are broken
 #
-# PROGRAMS is the folder of photo3d, photo3d_worker and photo3d_queue, if they are built already.
+# PROGRAMS is the folder of built photo3d, photo3d_worker and photo3d_queue; unset: builds them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh

@@ -1,4 +1,4 @@
-# Starts an S3 server, if possible in a separate network, which can be cut. tests/service/run.sh and bench/service/run.sh source this
+# Starts an S3 server, if possible in a separate network, which scripts can cut. tests/service/run.sh and bench/service/run.sh source this
 # file.
 #
 #   start_s3 FOLDER BUCKET    sets s3_server, and the variables of Amazon's tools for it

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""To a compiler, single_include/ldi/ldi.hpp and include/ldi/ldi.hpp are the same program, token for token.
+"""Checks that single_include/ldi/ldi.hpp and include/ldi/ldi.hpp preprocess to the same tokens.
 
-    same_program.py COMPILER [FLAG...]     FLAGs find the headers of others: -I/some/where
+    same_program.py COMPILER [FLAG...]     FLAG: such as -I, for other libraries' headers
 
-So whatever a test finds out about the one holds for the other, too, with this compiler.
+With this compiler, tests of one of them therefore cover the other.
 """
 
 import itertools
@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def tokens(folder, flags):
-    """What the preprocessor makes of it. An assertion names its file and its line, so that stays as it is written."""
+    """Returns the preprocessed tokens. Assertions contain file and line, so they stay unexpanded."""
     command = [*sys.argv[1:], *flags, "-std=c++20", "-E", "-P", "-DLDI_ASSERT(condition)=ldi_assert(condition)",
                f"-I{ROOT / folder}", "-x", "c++", "-"]
     result = subprocess.run(command, input="#include <ldi/ldi.hpp>\n", capture_output=True, text=True)

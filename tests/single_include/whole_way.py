@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A program that includes nothing but the single header, and links nothing, makes a 3D photo from pixels in memory. It makes the same
-bytes when it is compiled without any compiler extension (LDI_STANDARD_ONLY), a stand-in for compilers that are not at hand.
+"""Checks that a program which includes only the single header, and links no library, makes a 3D photo from pixels in memory, and that it
+makes the same bytes without compiler extensions (LDI_STANDARD_ONLY), as other compilers would compile it.
 
-    whole_way.py FOLDER COMPILER [FLAG...]     what is built lies in FOLDER
+    whole_way.py FOLDER COMPILER [FLAG...]     FOLDER: for the built programs
 """
 
 import json
@@ -28,7 +28,7 @@ def compile_program(name, *flags):
 
 
 def run(program, **environment):
-    """The GLB file that the program makes."""
+    """Returns the GLB file that the program writes."""
     result = folder / "whole_way.glb"
     subprocess.run([program, MODELS / "tiefenrausch_small.safetensors", MODELS / "farbrausch.safetensors", result], check=True,
                    env=os.environ | environment)

@@ -1,4 +1,4 @@
-// A headless Chromium, and what the tests do with its pages.
+// A headless Chromium, and the tests' actions on its pages.
 
 import { execFileSync } from "node:child_process";
 import { mkdtemp, rm } from "node:fs/promises";
@@ -35,12 +35,12 @@ export async function startBrowser() {
 }
 
 /**
- * Opens a file in a page of its own that notes everything that went wrong and everything that was asked for.
+ * Opens a file in a new page that records all errors and requests.
  *
  * @param {object} options
  * @param {{width: number, height: number}} [options.size]  of the window
  * @param {boolean} [options.reducedMotion]
- * @param {(string | {path: string})[]} [options.scripts]  run before those of the page
+ * @param {(string | {path: string})[]} [options.scripts]  run before the page's scripts
  * @param {boolean} [options.isBare]  without buttons, caption and hint, which would cover the photo
  */
 export async function openPage(context, file, { size = { width: 320, height: 400 }, reducedMotion = false, scripts = [], isBare = true } = {}) {
@@ -67,7 +67,7 @@ export async function openPage(context, file, { size = { width: 320, height: 400
     return page;
 }
 
-/** Opens a page with a photo and waits until that is drawn. */
+/** Opens a page with a photo and waits until the photo is drawn. */
 export async function openPhoto(context, file, options) {
     const page = await openPage(context, file, options);
     await waitUntilDrawn(page);
@@ -84,11 +84,11 @@ export async function waitUntilDrawn(page) {
 
 export const stateOf = (page) => page.evaluate(() => document.querySelector("photo-3d").state());
 
-/** Waits until the viewer has come to rest, and returns the state there. */
+/** Waits until the viewer is at rest, and returns its state. */
 export function settle(page) {
     return page.evaluate(async () => {
         const nextFrame = () => new Promise(requestAnimationFrame);
-        const end = performance.now() + 90_000; // a busy machine draws few frames
+        const end = performance.now() + 90_000; // a busy machine draws only few frames
         let still = 0;
         let before = "";
         while (still < 3) {
@@ -102,12 +102,12 @@ export function settle(page) {
     });
 }
 
-/** What is on the screen where `selector` is, as a PNG in base64. */
+/** Returns a screenshot of the element `selector` as a PNG in base64. */
 export async function picture(page, selector = "photo-3d #photo") {
     return (await page.locator(selector).screenshot()).toString("base64");
 }
 
-/** Touches at points of the page, one after the other, and leaves the finger down. Give it no points to lift the finger. */
+/** Moves a finger through points of the page and leaves it down. Without points, lifts the finger. */
 export async function touch(page, points) {
     page.devtools ??= await page.context().newCDPSession(page);
     if (points.length === 0) await page.devtools.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
@@ -115,7 +115,7 @@ export async function touch(page, points) {
         await page.devtools.send("Input.dispatchTouchEvent", { type: index === 0 ? "touchStart" : "touchMove", touchPoints: [point] });
 }
 
-/** Turns the emulated device. Angles are in degrees, as a DeviceOrientationEvent has them. */
+/** Rotates the emulated device. Angles are in degrees, as in a DeviceOrientationEvent. */
 export async function turnDevice(page, alpha, beta, gamma) {
     page.devtools ??= await page.context().newCDPSession(page);
     const before = await page.evaluate(() => window.turns);

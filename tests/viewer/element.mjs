@@ -1,5 +1,5 @@
-// node element.mjs [chromium|firefox [WORD]]: the element <photo-3d> in pages of other people, in Chromium and Firefox: a feed of 50, hostile
-// files, the gallery of a batch. Needs what run.sh makes. Ends with "N passed, N failed".
+// node element.mjs [chromium|firefox [WORD]]: tests the element <photo-3d> in other pages, in Chromium and Firefox: a feed of 50 photos,
+// hostile files, the gallery of a batch. Needs the output of run.sh. Ends with "N passed, N failed".
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -22,7 +22,7 @@ const sizes = { desktop: { width: 1280, height: 800 }, phone: { width: 390, heig
 const [onlyBrowser, onlyWord] = process.argv.slice(2);
 await mkdir(pictures, { recursive: true });
 
-/** Makes a page around its content, in which no hint appears and contexts are counted. */
+/** Returns a page around its content that shows no hint and counts contexts. */
 const pageAround = (content) => `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Feed</title><link rel="icon" href="data:,">
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>body { margin: 0 auto; max-width: 600px } article { padding: 16px }
 img, photo-3d { display: block; width: 100% }</style><script>
@@ -68,7 +68,7 @@ const server = createServer((request, response) => {
 await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
 const site = `http://127.0.0.1:${server.address().port}`;
 
-/** GLB files that ask for too much, or are broken. */
+/** GLB files that need too many resources, or are broken. */
 function hostileFiles() {
     const changed = (change) => {
         const { json, binary } = takeApart(glb);
@@ -125,7 +125,7 @@ let browser;
 let kind = "";
 let hasWebGl = true;
 
-/** Runs a test, unless it needs WebGL 2 and the browser has none: a headless Firefox on a machine without a display. */
+/** Runs a test, unless it needs WebGL 2 and the browser has none, such as headless Firefox on a machine without a display. */
 async function test(fact, check, needsWebGl = true) {
     if (onlyWord && !fact.includes(onlyWord)) return;
     if (needsWebGl && !hasWebGl) {
@@ -155,7 +155,7 @@ const open = async (page, path, size) => {
 };
 const statistics = (page) => page.evaluate(() => customElements.get("photo-3d").statistics());
 const scrolled = (page) => page.evaluate(() => scrollY);
-/** Waits until the page stands still. */
+/** Waits until the page stops scrolling. */
 const calm = (page) =>
     page.evaluate(async () => {
         let [before, still] = [-1, 0];
@@ -166,14 +166,14 @@ const calm = (page) =>
         }
     });
 
-/** Scrolls by wheel over whatever is in the middle of the window. Returns the places that the page has come to. */
+/** Scrolls by wheel over the middle of the window. Returns the scroll positions of the page. */
 async function scrollByWheel(page, steps, size) {
     await page.mouse.move(size.width / 2, size.height / 2);
     const places = [];
     for (const step of steps) {
         const before = await scrolled(page);
         await page.mouse.wheel({ deltaY: step });
-        await page.waitForFunction((before) => scrollY !== before, {}, before); // the wheel arrives when the browser finds time
+        await page.waitForFunction((before) => scrollY !== before, {}, before); // the browser delivers wheel events with a delay
         await calm(page);
         places.push(await scrolled(page));
     }
@@ -197,7 +197,7 @@ const inMiddle = () => {
 };
 const waitForMiddle = (page) => page.waitForFunction(`(${inMiddle})()?.complete`);
 
-/** Waits until all photos in sight are there, have ended their sway, and nothing is drawn. */
+/** Waits until all visible photos are loaded and have ended their sway, and nothing is drawn. */
 async function waitForRest(page) {
     await page.waitForFunction(() =>
         [...document.querySelectorAll("photo-3d")].every((shown) => {
@@ -214,7 +214,7 @@ async function waitForRest(page) {
 }
 
 async function testFeed(name, size, scroll, way) {
-    await test(`a feed of 50 scrolls by ${way} on a ${name} as pictures do`, async (page) => {
+    await test(`a feed of 50 scrolls by ${way} on a ${name} like pictures`, async (page) => {
         const steps = [300, 500, 700, 350, 200, -400, 600, 400];
         await open(page, "/flat.html", size);
         const expected = await scroll(page, steps, size);
@@ -255,7 +255,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
     }
 
     if (!hasWebGl)
-        await test("without WebGL a feed is one of pictures, and scrolls as such", async (page) => {
+        await test("without WebGL, a feed shows posters and scrolls like pictures", async (page) => {
             const steps = [300, 500, 700, -400];
             await open(page, "/flat.html", sizes.desktop);
             const expected = await scrollByWheel(page, steps, sizes.desktop);
@@ -269,7 +269,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             await page.screenshot({ path: join(pictures, `${kind}_without_webgl.png`) });
         }, false);
 
-    await test("the photo moves with the page's scrolling, and without it stays at rest", async (page) => {
+    await test("the photo moves while the page scrolls, and otherwise stays at rest", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         await page.evaluate(() => document.querySelectorAll("photo-3d")[1].scrollIntoView({ block: "center" }));
@@ -284,7 +284,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(up.up > 0.15 && up.forward > 0.25, JSON.stringify(up));
     });
 
-    await test("axe finds nothing to complain of", async (page) => {
+    await test("axe reports no violation", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         if (hasWebGl) await waitForMiddle(page);
         await page.evaluate(axe);
@@ -293,7 +293,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(passes.length > 5);
     }, false);
 
-    await test("keys work on a focused photo alone", async (page) => {
+    await test("keys affect only a focused photo", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         const right = () => page.evaluate(() => document.querySelector("photo-3d").state().reach.right);
@@ -309,7 +309,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok((await right()) > 0.8, "a key on the page");
     });
 
-    await test("a lost context comes back, though the browser does not restore it", async (page) => {
+    await test("the viewer replaces a lost context that the browser does not restore", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         await page.evaluate(() => window.contexts[0].getExtension("WEBGL_lose_context").loseContext());
@@ -345,7 +345,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.ok(Math.abs(levels.ratio - ratio) < 0.02, JSON.stringify(levels));
         });
 
-    await test("hostile files end in a message, and ask for nothing", async (page) => {
+    await test("hostile files lead to a message and to no request", async (page) => {
         await open(page, "/one.html", sizes.desktop);
         asked.length = 0;
         for (const name of Object.keys(hostile)) {
@@ -365,7 +365,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         await page.waitForFunction(() => document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent.includes("404"));
     });
 
-    await test("without full screen (iPhones) the element covers the page, and gives it back", async (page) => {
+    await test("without full screen (iPhones), the element covers the page, and uncovers it again", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         const size = await page.evaluate(async () => {

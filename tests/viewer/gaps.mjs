@@ -1,8 +1,8 @@
-// Counts the pixels of a page that show what is behind the whole scene: those that change with the clear color, be it a little.
+// Counts the pixels of a page that show the clear color behind the scene: those that change with it, even slightly.
 
 import { settle } from "./browser.mjs";
 
-/** Has the page clear what it shows with `window.behind`, and keeps what was drawn for a headset until somebody reads it. */
+/** Makes the page clear with the color `window.behind`, and keep pictures for a headset until a test reads them. */
 export const clearColorScript = `
     window.behind = [1, 0, 1, 1];
     window.clears = 0;
@@ -23,21 +23,21 @@ export const clearColorScript = `
         this.clearColor(...color);
     };`;
 
-/** From the middle to all edges and corners, and as far as the viewer may go in and back. */
+/** Positions of the viewer: the center, all edges and corners, and the limits forward and back. */
 export const places = [
     { right: 0, up: 0 },
     ...[-1, 0, 1].flatMap((right) => [-1, 0, 1].map((up) => ({ right, up }))).filter(({ right, up }) => right !== 0 || up !== 0),
     ...[-1, 1].flatMap((forward) => [-1, 0, 1].map((right) => ({ right, up: 0, forward }))),
 ];
 
-/** Takes the viewer to a place. */
+/** Moves the viewer to a position. */
 export async function goTo(page, place) {
     await page.evaluate((place) => document.querySelector("photo-3d").lookFrom(place), place);
     return settle(page);
 }
 
 /**
- * The number of pixels of the canvas, or of both eyes' pictures, that change with the clear color.
+ * Returns the number of pixels of the canvas, or of both eyes' pictures, that change with the clear color.
  *
  * @param {boolean} hasBackdrop
  */

@@ -26,7 +26,7 @@ export function putTogether({ json, binary }) {
     return Buffer.concat([head, body]);
 }
 
-/** The same file without its camera. */
+/** Returns the file without its camera. */
 export function withoutCamera(glb) {
     const { json, binary } = takeApart(glb);
     delete json.cameras;
@@ -34,7 +34,7 @@ export function withoutCamera(glb) {
     return putTogether({ json, binary });
 }
 
-/** The same file, plain, with every `step`th triangle gone. */
+/** Returns the file uncompressed and without every `step`th triangle. */
 export function withHoles(glb, step) {
     const { json, binary } = takeApart(glb);
     const { count, componentType, bufferView, byteOffset = 0 } = json.accessors[json.meshes[0].primitives[0].indices];
@@ -49,9 +49,9 @@ export function withHoles(glb, step) {
 }
 
 /**
- * A white square around the origin, of 2 x 2, that is no photo and has no camera.
+ * Returns a file that is no photo: a white square of 2 x 2 around the origin, without a camera.
  *
- * @param {number} [angle]  by which it is turned in the picture's plane, in radians
+ * @param {number} [angle]  rotation in the picture's plane, in radians
  */
 export function square(angle = 0) {
     const corner = (x, y) => [x * Math.cos(angle) - y * Math.sin(angle), x * Math.sin(angle) + y * Math.cos(angle), 0];

@@ -1,4 +1,4 @@
-// Runs tests of pages one after the other, prints a line for each, and counts them. Used here and by ../web.
+// Runs tests of pages one after the other, prints a line for each, and counts them. The tests in ../web also use it.
 
 import assert from "node:assert/strict";
 
@@ -6,16 +6,16 @@ export class PageTests {
     passed = 0;
     failed = 0;
 
-    /** @param {string} [only]  a word of the tests to run, for those who work on one of them */
+    /** @param {string} [only]  runs only tests whose name contains this word */
     constructor(only) {
         this.only = only;
     }
 
     /**
-     * Opens a page, runs a test on it, and checks that nothing went wrong on the page meanwhile.
+     * Opens a page, runs a test on it, and checks that the page has no errors.
      *
      * @template {{errors: string[], close(): Promise<void>}} Page
-     * @param {string} fact  what the test shows
+     * @param {string} fact  the tested fact
      * @param {() => Promise<Page>} open
      * @param {(page: Page) => Promise<void>} check
      * @param {(page: Page) => boolean} isKept  whether the page stays open for other tests
@@ -37,7 +37,7 @@ export class PageTests {
         if (page && !isKept(page)) await page.close();
     }
 
-    /** Prints the counts and ends the process: with 0 if a test ran and none failed. */
+    /** Prints the counts and ends the process, with code 0 if a test ran and none failed. */
     end() {
         console.log(`${this.passed} passed, ${this.failed} failed`);
         process.exit(this.failed === 0 && this.passed > 0 ? 0 : 1);

@@ -1,6 +1,6 @@
-// Compares pictures. Chromium decodes and scales them, on a page of its own.
+// Compares pictures. Chromium decodes and scales them on a separate page.
 
-/** Everything here gets and gives pictures as base64 of PNG or JPEG files. */
+/** All pictures are PNG or JPEG files in base64. */
 export class PictureDesk {
     /** @param {import("playwright-core").Page} page  an empty page */
     constructor(page) {
@@ -10,7 +10,7 @@ export class PictureDesk {
     static async open(context) {
         const page = await context.newPage();
         await page.evaluate(() => {
-            /** The pixels of a picture, or of its middle, scaled to width x height. */
+            /** Returns the pixels of a picture, or of its center, scaled to width x height. */
             window.pixelsOf = async (base64, width, height, hidden = 0) => {
                 const image = new Image();
                 image.src = `data:image;base64,${base64}`;
@@ -28,7 +28,7 @@ export class PictureDesk {
     }
 
     /**
-     * Peak signal to noise ratio, in dB, of a picture against another scaled to its size.
+     * Returns the peak signal to noise ratio in dB of a picture against another, scaled to its size.
      *
      * @param {number} hidden  share of the other's width to leave out left and right, and of its height above and below
      */
@@ -45,7 +45,7 @@ export class PictureDesk {
         );
     }
 
-    /** The mean of all colors, 0 to 255. */
+    /** Returns the mean of all color values, 0 to 255. */
     brightness(picture) {
         return this.page.evaluate(async (picture) => {
             const pixels = await pixelsOf(picture);
@@ -56,10 +56,10 @@ export class PictureDesk {
     }
 
     /**
-     * The left edge of a white shape, between a quarter and three quarters of the picture's height.
+     * Measures the left edge of a white shape, between a quarter and three quarters of the picture's height.
      *
-     * @returns {Promise<{width: number, levels: number}>} mean number of pixels in a row that are neither the shape nor what is behind
-     *     it, and the number of different brightnesses among them
+     * @returns {Promise<{width: number, levels: number}>} mean number of pixels per row between shape and background, and their number of
+     *     different brightnesses
      */
     leftEdge(picture) {
         return this.page.evaluate(async (picture) => {
@@ -81,7 +81,7 @@ export class PictureDesk {
         }, picture);
     }
 
-    /** The share of pixels that have exactly this color. */
+    /** Returns the share of pixels that have exactly this color. */
     shareOf(picture, color) {
         return this.page.evaluate(
             async ([picture, color]) => {
@@ -95,7 +95,7 @@ export class PictureDesk {
     }
 
     /**
-     * How a near and a far detail have moved between two pictures, in pixels to the right and down.
+     * Returns the motion of a near and a far detail between two pictures, in pixels to the right and down.
      *
      * @param {string} depth  the depth map, near is bright
      * @param {number} hidden  share of the depth map's sides that the pictures don't show, at both ends
@@ -110,7 +110,7 @@ export class PictureDesk {
                 const size = 24;
                 const reach = 14;
 
-                // Selects the blocks with most detail, both among the nearest and among the farthest.
+                // Selects the blocks with most detail, among the nearest and among the farthest.
                 const blocks = [];
                 for (let y = reach; y + size + reach < height; y += size / 2)
                     for (let x = reach; x + size + reach < width; x += size / 2) {
@@ -146,7 +146,7 @@ export class PictureDesk {
         );
     }
 
-    /** The left or the right half of a picture. */
+    /** Returns the left or the right half of a picture. */
     half(picture, side) {
         return this.page.evaluate(
             async ([picture, side]) => {

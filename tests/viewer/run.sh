@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# run.sh [--photographs [PICTURES]]: the viewer in real browsers: the shipped sample and three photographs of ../shared/photos, made by
-# photo3d --html, in a headless Chromium; and the element <photo-3d> in pages of others, in Chromium and Firefox. With --photographs, in place of the tests, all gaps of the 40 photographs of
-# bench/quality/run.sh --only holes are counted, and what is seen at the worst place of each is written to the folder PICTURES.
-# Installs what is missing. Ends with "N passed, N failed".
+# run.sh [--photographs [PICTURES]]: tests the viewer in headless Chromium on the shipped sample and three photographs of ../shared/photos,
+# converted by photo3d --html, and the element <photo-3d> in other pages, in Chromium and Firefox. With --photographs, instead of running
+# the tests, counts all gaps in the 40 photographs of bench/quality/run.sh --only holes, and writes the view at the worst place of each to
+# the folder PICTURES. Installs missing packages. Ends with "N passed, N failed".
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -17,7 +17,7 @@ photographs=$top/../shared/photos/eval
 more_photographs=$top/../shared/photos/train  # every 80th
 gaps=$top/out/gaps
 rm -rf "$gaps" && mkdir -p "$gaps"
-# Makes a page of each photograph.
+# Writes a page per photograph.
 make_pages() {
     local photo
     for photo; do
@@ -30,7 +30,7 @@ if [ "${1:-}" = --photographs ]; then
         exit 0
     fi
     make_pages "$photographs"/*.png
-    LC_ALL=C  # sorts as bench/quality does
+    LC_ALL=C  # the order of bench/quality
     more=("$more_photographs"/*)
     for ((i = 0; i < ${#more[@]}; i += 80)); do
         [ ! -f "${more[i]}" ] || make_pages "${more[i]}"
@@ -42,12 +42,12 @@ fi
 sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --compress --quiet)
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" -o "$top/out/sample_compressed.glb" --compressed-texture jpeg
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/sample_compressed.html" --usdz "$top/out/sample.usdz"
-# In the paper's frame, with surfaces that end at the photo's border.
+# Cropped frame, as in the paper: surfaces end at the photo's border.
 "$top/build/photo3d/examples/photo3d" "$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --frame crop \
     --quiet -o "$top/out/sample_cropped.glb" --html "$top/out/sample_cropped.html"
-# Worked on at a third of its size and shown at its own: several textures.
+# Working size is a third of the photo's size; the texture has full size, in several files.
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --size full --geometry-size 320 --html "$top/out/sample_full.html" --usdz "$top/out/sample_full.usdz"
-# For other pages: a small photo for a feed, what --embed writes, the npm package, and a batch with a failure.
+# Input of further pages: a small photo for a feed, the output of --embed, the npm package, and a batch with a failure.
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --size 640 -o "$top/out/feed.glb"
 mkdir -p "$top/out/embed"
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/embed/sample.html" --embed

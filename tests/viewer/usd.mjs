@@ -1,4 +1,4 @@
-// A page that shows USDZ files by three.js' own loader, to see what others make of ours.
+// A page that shows our USDZ files with the loader of three.js.
 
 import { writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
@@ -6,13 +6,13 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const viewer = join(dirname(fileURLToPath(import.meta.url)), "../../examples/viewer");
-const { build } = createRequire(join(viewer, "package.json"))("esbuild"); // as build.sh has installed it
+const { build } = createRequire(join(viewer, "package.json"))("esbuild"); // installed by build.sh
 
 const program = `
 import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
 import { USDLoader } from "three/addons/loaders/USDLoader.js";
 
-/** Shows a file (base64) from where its photo was taken: the origin of the space before the mesh was put on the floor. */
+/** Shows a file (base64) from the photo's camera, at the origin before the mesh was put on the floor. */
 window.showUsdz = async (base64, { yfov, aspectRatio }) => {
     const model = new USDLoader().parse(Uint8Array.from(atob(base64), (c) => c.charCodeAt(0)).buffer);
     const scene = new Scene().add(model);

@@ -1,4 +1,4 @@
-// node viewer.mjs [WORD]: the viewer in Chromium, with the sample that `examples/photo3d/run.sh sample` has made. Ends with "N passed, N failed".
+// node viewer.mjs [WORD]: tests the viewer in Chromium with the output of `examples/photo3d/run.sh sample`. Ends with "N passed, N failed".
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
@@ -27,7 +27,7 @@ const headsetScripts = [
     "window.emulated = new IWER.XRDevice(IWER.metaQuest3, { stereoEnabled: true });" +
         "emulated.installRuntime({ polyfillLayers: true, forceInstall: true });",
 ];
-// A headset that knows only how it is turned.
+// A headset that tracks only rotation.
 const rotationOnlyScripts = [...headsetScripts, "Object.defineProperty(XRPose.prototype, 'emulatedPosition', { get: () => true });"];
 
 const usdPage = await makeUsdPage(join(top, "out/usd.html"));
@@ -40,19 +40,19 @@ const opened = (options) => () => openPhoto(context, samplePage, options);
 const still = { reducedMotion: true };
 const countable = { scripts: [clearColorScript] };
 
-/** The share of each side of the photo that is behind the frame, at both ends. */
+/** Share of each side of the photo that the frame hides, at both ends. */
 const hiddenBorder = (page) => page.evaluate(() => (document.querySelector("photo-3d").shadowRoot.querySelector(".cropped") ? 0.034 : 0));
 
-/** Presses a button of the element, which the tests hide. */
+/** Presses a button of the element; the tests hide the buttons. */
 const press = (page, id) => page.evaluate((id) => document.querySelector("photo-3d").shadowRoot.getElementById(id).click(), id);
 
-/** The middle of the frame and its size, in pixels of the window. */
+/** Returns the frame's center and size in pixels of the window. */
 async function frameOf(page) {
     const { x, y, width, height } = await page.locator("photo-3d #photo").boundingBox();
     return { x: x + width / 2, y: y + height / 2, width, height };
 }
 
-/** Moves the mouse to (right, up) in the frame, each -1 to 1, and waits until the viewer is there. */
+/** Moves the mouse to (right, up) in the frame, each -1 to 1, and waits until the viewer arrives. */
 async function hover(page, right, up) {
     const { x, y, width, height } = await frameOf(page);
     await page.mouse.move(x + (right * width) / 2, y - (up * height) / 2);
@@ -63,7 +63,7 @@ function assertNear(actual, expected, tolerance, what) {
     assert.ok(Math.abs(actual - expected) <= tolerance, `${what}: expected ${expected} within ${tolerance}, found ${actual}`);
 }
 
-/** Sideways and upwards motion of the viewer shows in the picture as it would in a window. */
+/** Checks that the picture shows the viewer's sideways and upward motion like a window. */
 async function assertParallax(page, before, { right, up }) {
     const { near, far } = await desk.parallax(before, await picture(page), depth, await hiddenBorder(page));
     const motion = JSON.stringify({ near, far });
@@ -71,7 +71,7 @@ async function assertParallax(page, before, { right, up }) {
     if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near goes against the viewer, up and down: ${motion}`);
 }
 
-/** The mesh fills the frame but for next to no gaps; the backdrop closes those. */
+/** Checks that the mesh fills the frame with almost no gaps, which the backdrop closes. */
 async function assertNextToNoGaps(page) {
     const { width, height } = await frameOf(page);
     const share = (await countGaps(page, false)) / (width * height);
@@ -79,7 +79,7 @@ async function assertNextToNoGaps(page) {
     assert.equal(await countGaps(page, true), 0);
 }
 
-/** Nowhere does the clear color shine through. Prints the largest number of pixels where it would without the backdrop. */
+/** Checks that the clear color is invisible everywhere. Prints the largest number of pixels that show it without the backdrop. */
 async function assertNoGaps(page, where = places) {
     let largest = 0;
     for (const place of where) {
@@ -117,7 +117,7 @@ await test("the first picture is the photo", opened({ ...still, size: { width: 1
     assert.ok(psnr > 28, `${psnr} dB`);
 });
 
-await test("so it is on a telephone's screen", opened({ ...still, size: { width: 390, height: 844 } }), async (page) => {
+await test("the first picture is the photo on a phone's screen", opened({ ...still, size: { width: 390, height: 844 } }), async (page) => {
     const all = await frameOf(page);
     assert.deepEqual([all.width, all.height], [390, 844], "the photo covers an upright screen");
     await press(page, "fit");
@@ -138,26 +138,26 @@ await test("the page is named after the photo and at most 1 MB larger than the G
     assert.ok(more > 0 && more <= 1_000_000);
 });
 
-await test("the page can't ask the network for anything", opened(still), async (page) => {
+await test("the page cannot send network requests", opened(still), async (page) => {
     const directive = await page.evaluate(async () => {
         const refused = new Promise((resolve) => addEventListener("securitypolicyviolation", resolve, { once: true }));
         await fetch("http://127.0.0.1:9/").catch(() => {});
         return (await refused).effectiveDirective;
     });
     assert.equal(directive, "connect-src");
-    page.errors.length = 0; // the refusal stands on the console
+    page.errors.length = 0; // the console has the refusal
 });
 
 // Motion
 
-await test("an idle viewer sways from where the photo was taken, until the first input", opened(), async (page) => {
+await test("an idle viewer sways around the photo's viewpoint until the first input", opened(), async (page) => {
     const { reach } = await stateOf(page);
     await page.waitForFunction((before) => document.querySelector("photo-3d").state().reach.right !== before, reach.right);
-    const { isSwaying } = await hover(page, 0.5, 0); // which waits until nothing moves
+    const { isSwaying } = await hover(page, 0.5, 0); // waits until nothing moves
     assert.equal(isSwaying, false);
 });
 
-await test("the sway ends after a few turns, where the photo was taken, and then nothing is drawn", opened(), async (page) => {
+await test("the sway ends after a few turns at the photo's viewpoint, and then nothing is drawn", opened(), async (page) => {
     await page.evaluate(() => {
         const shown = document.querySelector("photo-3d");
         shown.setAttribute("sway", "0.2");
@@ -179,7 +179,7 @@ await test("when the mouse leaves, the viewer returns to rest", opened(), async 
     assert.deepEqual((await settle(page)).reach, { right: 0, up: 0, forward: 0 });
 });
 
-await test("the mouse looks around: near things go against it", opened(), async (page) => {
+await test("the mouse looks around, and near surfaces move against it", opened(), async (page) => {
     const middle = await hover(page, 0, 0);
     assertNear(middle.reach.right, 0, 0.01, "right");
     const before = await picture(page);
@@ -196,7 +196,7 @@ await test("the mouse looks around: near things go against it", opened(), async 
     assert.ok((await desk.psnr(await picture(page), before)) > 50, "back in the middle, the picture is the same");
 });
 
-await test("at the limits the frame shows surfaces alone: next to nothing is uncovered", opened(countable), async (page) => {
+await test("at the limits, the frame shows almost no gaps", opened(countable), async (page) => {
     for (const [right, up] of [[1, 1], [-1, 0.2], [0.2, -1], [-1, 1]]) {
         const { reach, angles, visibility } = await hover(page, 0.99 * right, 0.99 * up);
         assertNear(Math.hypot(reach.right, reach.up), 1, 0.001, "the way from the middle");
@@ -219,7 +219,7 @@ async function dropWith(page, file, motion) {
     return json;
 }
 
-await test("a page shows the whole photo, and goes as far as --motion says, sideways and into the scene", empty({ ...still, ...countable }), async (page) => {
+await test("a page shows the whole photo, and --motion limits the motion sideways and into the scene", empty({ ...still, ...countable }), async (page) => {
     await dropWith(page, glb, 0.08);
     assert.equal(await hiddenBorder(page), 0);
     const psnr = await desk.psnr(await picture(page), photo);
@@ -237,7 +237,7 @@ await test("a page shows the whole photo, and goes as far as --motion says, side
     }
 });
 
-await test("of a photo whose surfaces end at its border, a page hides the border, and goes sideways as far as that allows", empty(still), async (page) => {
+await test("if surfaces end at the photo's border, the page hides the border, which limits the sideways motion", empty(still), async (page) => {
     await dropWith(page, glb, 0.05);
     assert.equal(await hiddenBorder(page), 0);
     for (const motion of [0.08, 0.02]) {
@@ -251,7 +251,7 @@ await test("of a photo whose surfaces end at its border, a page hides the border
     }
 });
 
-await test("the wheel, turned up, magnifies what is under the mouse; a double click and the button lead back", opened(countable), async (page) => {
+await test("turning the wheel up magnifies at the mouse; a double click and the button reset the magnification", opened(countable), async (page) => {
     const { x, y, width, height } = await frameOf(page);
     await hover(page, 0.5, 0.5);
     const before = await picture(page);
@@ -276,7 +276,7 @@ await test("the wheel, turned up, magnifies what is under the mouse; a double cl
     assertNear((await settle(page)).zoom, 1, 1e-3, "zoom");
 });
 
-await test("two fingers magnify, and move what is magnified; two taps lead back", opened(still), async (page) => {
+await test("two fingers magnify and pan; a double tap resets the magnification", opened(still), async (page) => {
     const { x, y, width } = await frameOf(page);
     page.devtools ??= await page.context().newCDPSession(page);
     const fingers = (type, ...touchPoints) => page.devtools.send("Input.dispatchTouchEvent", { type, touchPoints });
@@ -295,7 +295,7 @@ await test("two fingers magnify, and move what is magnified; two taps lead back"
     assertNear((await settle(page)).zoom, 1, 1e-3, "zoom");
 });
 
-await test("f and a button fill the screen, and lead back", opened(), async (page) => {
+await test("f and a button enter and leave full screen", opened(), async (page) => {
     const isFull = () => page.evaluate(() => document.fullscreenElement?.localName ?? "");
     await page.keyboard.press("f");
     await page.waitForFunction(() => document.fullscreenElement);
@@ -304,7 +304,7 @@ await test("f and a button fill the screen, and lead back", opened(), async (pag
     await page.waitForFunction(() => !document.fullscreenElement);
 });
 
-await test("a hint says once how to look around, beside the photo where there is room", opened({ isBare: false, size: { width: 844, height: 390 } }), async (page) => {
+await test("a hint explains once how to look around, beside the photo if there is room", opened({ isBare: false, size: { width: 844, height: 390 } }), async (page) => {
     await page.evaluate(() => localStorage.clear());
     await page.reload();
     await waitUntilDrawn(page);
@@ -320,7 +320,7 @@ await test("a hint says once how to look around, beside the photo where there is
     assert.ok(await hint.isHidden());
 });
 
-await test("keys look around, move in and out, and lead back", opened(still), async (page) => {
+await test("keys look around, move in and out, and reset the view", opened(still), async (page) => {
     const before = await picture(page);
     for (let i = 0; i < 20; ++i) await page.keyboard.press("ArrowRight");
     let { reach, visibility } = await settle(page);
@@ -340,7 +340,7 @@ await test("keys look around, move in and out, and lead back", opened(still), as
     assert.ok((await desk.psnr(await picture(page), before)) > 50);
 });
 
-await test("a finger drags the scene, as far as there is something to see; lifted, the viewer returns to rest", opened(), async (page) => {
+await test("a finger drags the scene within the limits; when it lifts, the viewer returns to rest", opened(), async (page) => {
     const { x, y, width } = await frameOf(page);
     await touch(page, [{ x, y }]);
     const start = await settle(page); // the sway has ended
@@ -351,7 +351,7 @@ await test("a finger drags the scene, as far as there is something to see; lifte
     await assertParallax(page, before, { right: -1, up: 0 });
     await touch(page, []);
     await settle(page);
-    await touch(page, [{ x: x - 0.49 * width, y }, { x: x + 0.49 * width, y }]); // more than once over the frame
+    await touch(page, [{ x: x - 0.49 * width, y }, { x: x + 0.49 * width, y }]); // crosses the frame more than once
     const far = await settle(page);
     assertNear(far.reach.right, -1, 1e-3, "right");
     assert.ok(Math.abs((await desk.brightness(await picture(page))) / (await desk.brightness(before)) - 1) < 0.1, "nothing is dimmed");
@@ -359,20 +359,20 @@ await test("a finger drags the scene, as far as there is something to see; lifte
     assert.deepEqual((await settle(page)).reach, { right: 0, up: 0, forward: 0 });
 });
 
-// What counts as straight follows how the device is held; here it does not, however slow the machine is.
+// Stops the clock, so that the neutral orientation does not adapt on slow machines.
 const timeless = "Object.defineProperty(Event.prototype, 'timeStamp', { get: () => 0 });";
 
-await test("turning the device looks into the scene from the side it turned away from", opened({ scripts: [timeless] }), async (page) => {
+await test("turning the device shows the scene from the side that it turned away from", opened({ scripts: [timeless] }), async (page) => {
     await hover(page, 0, 0);
     await turnDevice(page, 0, 60, 0);
     await settle(page);
     const before = await picture(page);
-    await turnDevice(page, 0, 72, 0); // the upper edge towards the head: seen from above
+    await turnDevice(page, 0, 72, 0); // tilts the upper edge toward the head, for a view from above
     const above = await settle(page);
     assertNear(above.reach.up, 12 / 20, 0.05, "up");
     assertNear(above.reach.right, 0, 0.05, "right");
     await assertParallax(page, before, { right: 0, up: 1 });
-    await turnDevice(page, 0, 60, 12); // the right edge away from the head: seen from the left
+    await turnDevice(page, 0, 60, 12); // turns the right edge away from the head, for a view from the left
     const left = await settle(page);
     assertNear(left.reach.right, -12 / 20, 0.08, "right");
     await assertParallax(page, before, { right: -1, up: 0 });
@@ -382,12 +382,12 @@ await test("turning the device looks into the scene from the side it turned away
     assert.equal(end.visibility, 1);
 });
 
-// As on iOS: no word from the device before the permission.
+// Like iOS, sends no orientation before the permission.
 const askingScript = `
     Object.defineProperty(navigator, "maxTouchPoints", { get: () => 5 });
     addEventListener("deviceorientation", (event) => window.isAllowed || event.stopImmediatePropagation(), true);
     DeviceOrientationEvent.requestPermission = async () => ((window.isAllowed = true), "granted");`;
-await test("where tilting needs permission, a button asks for it", opened({ scripts: [askingScript, timeless] }), async (page) => {
+await test("if tilting needs permission, a button requests it", opened({ scripts: [askingScript, timeless] }), async (page) => {
     const isOffered = () => page.evaluate(() => !document.querySelector("photo-3d").shadowRoot.getElementById("tilt").hidden);
     assert.ok(await isOffered());
     await hover(page, 0, 0);
@@ -402,7 +402,7 @@ await test("where tilting needs permission, a button asks for it", opened({ scri
     assert.ok((await settle(page)).reach.right > 0.4);
 });
 
-await test("with reduced motion, nothing moves but what is dragged or asked for by keys", opened(still), async (page) => {
+await test("with reduced motion, only dragging and keys move the photo", opened(still), async (page) => {
     const before = await picture(page);
     await page.waitForTimeout(500);
     assert.deepEqual((await hover(page, 0.9, 0.9)).reach, { right: 0, up: 0, forward: 0 });
@@ -418,9 +418,9 @@ await test("with reduced motion, nothing moves but what is dragged or asked for 
 
 const seenStill = { ...still, ...countable };
 for (const name of ["sample", "sample_compressed", "sample_full"])
-    await test(`no gap in ${name}.html shows what is behind the scene`, () => openPhoto(context, join(top, `out/${name}.html`), seenStill), (page) => assertNoGaps(page));
+    await test(`no gap in ${name}.html shows the clear color`, () => openPhoto(context, join(top, `out/${name}.html`), seenStill), (page) => assertNoGaps(page));
 
-await test("a page in the paper's frame has no gap, and shows the photo but for its border", () => openPhoto(context, croppedPage, seenStill), async (page) => {
+await test("a page in the paper's frame has no gap, and shows the photo without its border", () => openPhoto(context, croppedPage, seenStill), async (page) => {
     assertNear(await hiddenBorder(page), 0.034, 1e-6, "the hidden border");
     assert.ok((await desk.psnr(await picture(page), photo, await hiddenBorder(page))) > 28);
     await assertNoGaps(page);
@@ -429,7 +429,7 @@ await test("a page in the paper's frame has no gap, and shows the photo but for 
 for (const name of ["kodim01", "kodim03", "kodim05"]) {
     const file = join(top, `out/gaps/${name}.html`);
     if (!existsSync(file)) console.log(`skipped: the photograph ${name}: ../shared/photos/eval is absent`);
-    else await test(`nor in the photograph ${name}`, () => openPhoto(context, file, seenStill), (page) => assertNoGaps(page));
+    else await test(`no gap in the photograph ${name} shows the clear color`, () => openPhoto(context, file, seenStill), (page) => assertNoGaps(page));
 }
 
 const contextScript = `
@@ -440,7 +440,7 @@ const contextScript = `
         if (kind === "webgl2" && context) window.contexts.push(context);
         return context;
     };`;
-await test("the photo comes back after the graphics card has forgotten all", () => openPhoto(context, croppedPage, { ...still, scripts: [contextScript, clearColorScript] }), async (page) => {
+await test("the photo reappears after the graphics card has lost all data", () => openPhoto(context, croppedPage, { ...still, scripts: [contextScript, clearColorScript] }), async (page) => {
     await goTo(page, { right: -1, up: 0 });
     const before = await picture(page);
     await page.evaluate(() => window.contexts[0].getExtension("WEBGL_lose_context").loseContext());
@@ -500,7 +500,7 @@ await test("a headset shows two views, and the head moves one to one", opened({ 
     assert.ok((await desk.psnr(await picture(page), flat)) > 40, "back on the screen");
 });
 
-await test("nor do gaps in a headset", opened({ scripts: [...headsetScripts, clearColorScript] }), async (page) => {
+await test("no gap in a headset shows the clear color", opened({ scripts: [...headsetScripts, clearColorScript] }), async (page) => {
     await enterHeadset(page);
     for (const way of [0, 0.02, -0.05]) {
         await moveHead(page, `window.emulated.position.x += ${way}`);
@@ -510,11 +510,11 @@ await test("nor do gaps in a headset", opened({ scripts: [...headsetScripts, cle
     }
 });
 
-await test("a headset that knows only how it is turned gets a neck", opened({ scripts: rotationOnlyScripts }), async (page) => {
+await test("a headset that tracks only rotation uses a neck model", opened({ scripts: rotationOnlyScripts }), async (page) => {
     const home = await enterHeadset(page);
     const still = await moveHead(page, () => (window.emulated.position.x += 0.3));
     assertNear(betweenEyes(still)[0], betweenEyes(home)[0], 1e-3, "what such a headset says of its place does not count");
-    // 60 degrees to the left takes the eyes 8 cm x sin 60 to the left, and 8 cm x (1 - cos 60) back.
+    // A turn by 60 degrees to the left moves the eyes 8 cm x sin 60 to the left and 8 cm x (1 - cos 60) back.
     const turned = await moveHead(page, () => window.emulated.quaternion.set(0, Math.sin(Math.PI / 6), 0, Math.cos(Math.PI / 6)));
     const motion = betweenEyes(turned).map((value, axis) => value - betweenEyes(home)[axis]);
     [-0.0693, 0, 0.04].forEach((expected, axis) => assertNear(motion[axis], expected, 2e-3, "meters"));
@@ -522,7 +522,7 @@ await test("a headset that knows only how it is turned gets a neck", opened({ sc
 
 // Files
 
-await test("without a photo the viewer asks for one; a GLB dropped on it is shown", empty(still), async (page) => {
+await test("without a photo, the viewer asks for one, and shows a dropped GLB", empty(still), async (page) => {
     assert.match(await page.locator("#empty").innerText(), /Drop a 3D photo/);
     await drop(page, "my photo.glb", glb);
     await waitUntilDrawn(page);
@@ -532,7 +532,7 @@ await test("without a photo the viewer asks for one; a GLB dropped on it is show
     assert.ok(psnr > 28, `${psnr} dB`);
 });
 
-await test("a compressed GLB looks like the plain one, and moves as far", empty(still), async (page) => {
+await test("a compressed GLB has the picture and the motion limits of the uncompressed one", empty(still), async (page) => {
     const shown = [];
     for (const [name, bytes] of [["plain.glb", glb], ["compressed.glb", await readFile(join(top, "out/sample_compressed.glb"))]]) {
         await drop(page, name, bytes);
@@ -555,14 +555,14 @@ await test("a page with a compressed photo, its texture in WebP, shows the photo
     assert.ok((await stat(join(top, "out/sample_compressed.html"))).size < (await stat(samplePage)).size - 50_000);
 });
 
-await test("a photo at its full size, on several textures, is shown as one", () => openPhoto(context, join(top, "out/sample_full.html"), still), async (page) => {
+await test("a full-size photo on several textures appears as one", () => openPhoto(context, join(top, "out/sample_full.html"), still), async (page) => {
     const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
     console.log(`        ${psnr.toFixed(1)} dB`);
-    assert.ok(psnr > 26, `${psnr} dB`); // silhouettes are those of a third of the size
+    assert.ok(psnr > 26, `${psnr} dB`); // silhouettes have a third of the resolution
 });
 
 for (const name of ["sample", "sample_full"])
-    await test(`three.js reads ${name}.usdz as the photo, seen from where it was taken`, () => openPage(context, usdPage, still), async (page) => {
+    await test(`three.js shows ${name}.usdz as the photo, from the photo's viewpoint`, () => openPage(context, usdPage, still), async (page) => {
         const camera = takeApart(glb).json.cameras[0].perspective;
         await page.evaluate(([usdz, lens]) => showUsdz(usdz, lens), [await readFile(join(top, `out/${name}.usdz`), "base64"), camera]);
         const psnr = await desk.psnr(await picture(page, "canvas"), photo);
@@ -570,14 +570,14 @@ for (const name of ["sample", "sample_full"])
         assert.ok(psnr > 25, `${psnr} dB`);
     });
 
-await test("a file can be chosen, and needs no camera of its own", empty(still), async (page) => {
+await test("users can choose a file, which needs no camera", empty(still), async (page) => {
     await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(croppedGlb) });
     await waitUntilDrawn(page);
     const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
-    assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends where the photo does, to a pixel or so
+    assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends within about a pixel of the photo's border
 });
 
-await test("a mesh with holes is closed by a blurred picture of the photo", empty({ ...seenStill, size: { width: 640, height: 800 } }), async (page) => {
+await test("a blurred picture of the photo fills holes in a mesh", empty({ ...seenStill, size: { width: 640, height: 800 } }), async (page) => {
     await drop(page, "holes.glb", withHoles(glb, 40));
     await waitUntilDrawn(page);
     const closed = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
@@ -590,7 +590,7 @@ await test("a mesh with holes is closed by a blurred picture of the photo", empt
     assert.ok(closed > 24 && closed > open + 5, `${closed} and ${open} dB`);
 });
 
-await test("a model that is no photo is seen from in front of it", empty(still), async (page) => {
+await test("the viewer shows a model that is no photo from the front", empty(still), async (page) => {
     await drop(page, "square.glb", square());
     await waitUntilDrawn(page);
     const share = await desk.shareOf(await picture(page), [255, 255, 255]);
@@ -607,11 +607,11 @@ for (const density of [1, 3])
         const screen = await devtools.send("Page.captureScreenshot", { format: "png" });
         const edge = await desk.leftEdge(screen.data);
         console.log(`        ${edge.width.toFixed(2)} pixels of the screen wide, ${edge.levels} levels`);
-        // One pixel at most: a picture of fewer pixels, enlarged, would have wider edges. Without antialiasing there is none.
+        // At most one pixel: an enlarged picture would have wider edges, and no antialiasing would have none.
         assert.ok(edge.levels >= 3 && edge.width > 0.5 && edge.width < 1.5, JSON.stringify(edge));
     });
 
-await test("a file that can't be shown is named, and the photo stays", opened(still), async (page) => {
+await test("a message names a file that can't be shown, and the photo stays", opened(still), async (page) => {
     const before = await picture(page);
     await drop(page, "notes.txt", Buffer.from("hello, this is no model"));
     await page.locator("#message").waitFor();
@@ -625,7 +625,7 @@ await test("a file that can't be shown is named, and the photo stays", opened(st
 const noWebGl = `
     const { getContext } = HTMLCanvasElement.prototype;
     HTMLCanvasElement.prototype.getContext = function (kind, ...rest) { return kind === "2d" ? getContext.call(this, kind, ...rest) : null; };`;
-await test("without WebGL there is a message, and the flat photo", () => openPage(context, samplePage, { scripts: [noWebGl] }), async (page) => {
+await test("without WebGL, the page shows a message and the flat photo", () => openPage(context, samplePage, { scripts: [noWebGl] }), async (page) => {
     await page.locator("#message").waitFor();
     assert.match(await page.locator("#message").innerText(), /WebGL/);
     await page.evaluate(() => document.querySelector("photo-3d").report(""));

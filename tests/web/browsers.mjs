@@ -1,4 +1,4 @@
-// Headless Chromium and Firefox, and what tests and benchmarks do with the page of examples/web.
+// Headless Chromium and Firefox, and the actions of tests and benchmarks on the page of examples/web.
 
 import { execFileSync } from "node:child_process";
 import puppeteer from "puppeteer-core";
@@ -14,7 +14,7 @@ export function startBrowser(kind) {
 }
 
 /**
- * Opens the page, and notes everything that went wrong and everything that was asked for.
+ * Opens the page, and records all errors and requests.
  *
  * @param {import("puppeteer-core").Browser} browser
  * @param {string} address
@@ -39,7 +39,7 @@ export async function openPage(browser, address, { width = 900, height = 800, fe
     return page;
 }
 
-/** Waits until a conversion that has begun ends. Returns the 3D photo without its bytes, or the message of the page. */
+/** Waits for the end of a running conversion. Returns the 3D photo without its bytes, or the page's message. */
 export async function waitForResult(page) {
     await page.waitForFunction(() => document.documentElement.dataset.view !== "busy" && (!document.getElementById("error").hidden || document.getElementById("status").textContent !== ""));
     return page.evaluate(() => {
@@ -50,15 +50,15 @@ export async function waitForResult(page) {
     });
 }
 
-/** Chooses a file as a person does, and waits for its 3D photo or a message. */
+/** Chooses a file like a user, and waits for its 3D photo or a message. */
 export async function choose(page, path) {
     const input = await page.$("#file");
-    await page.evaluate(() => (document.getElementById("status").textContent = "")); // of the photo before
+    await page.evaluate(() => (document.getElementById("status").textContent = "")); // status of the previous photo
     await input.uploadFile(path);
     return waitForResult(page);
 }
 
-/** Converts a file without the page around it. @returns {Promise<{glb: Buffer, milliseconds: number, facts: object}>} */
+/** Converts a file without the page's interface. @returns {Promise<{glb: Buffer, milliseconds: number, facts: object}>} */
 export async function convert(page, name, bytes, isExact = false) {
     const { glb, ...result } = await page.evaluate(
         async (name, content, isExact) => {

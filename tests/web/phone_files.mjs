@@ -1,10 +1,10 @@
-// JPEG files with depth inside, as phones write them. tests/io/phone_files.hpp makes the same kinds.
+// Writes JPEG files with depth inside, like phones. tests/io/phone_files.hpp writes the same formats.
 
 import { crc32, deflateSync } from "node:zlib";
 
 const bigEndian = (value, size) => Buffer.from(Array.from({ length: size }, (_, i) => (value >>> (8 * (size - 1 - i))) & 255));
 
-/** A gray PNG. @param {(y: number, x: number) => number} valueAt  0 to 255 */
+/** Returns a gray PNG. @param {(y: number, x: number) => number} valueAt  0 to 255 */
 export function grayPng(height, width, valueAt) {
     const rows = Buffer.alloc(height * (width + 1)); // each row begins with its filter: none
     for (let y = 0; y < height; ++y) for (let x = 0; x < width; ++x) rows[y * (width + 1) + 1 + x] = valueAt(y, x);
@@ -55,7 +55,7 @@ export const withDynamicDepth = (photo, depth) =>
         depth,
     ]);
 
-/** Apple's format: the depth map is a second picture of the file, and its own XMP says what it is. */
+/** Apple's format: the depth map is a second picture in the file, with its own XMP. */
 export function withAppleDepth(photo, depthJpeg) {
     const depth = withSegments(
         depthJpeg,
@@ -72,6 +72,6 @@ export function withAppleDepth(photo, depthJpeg) {
             Buffer.concat([bigEndian(0, 4), bigEndian(depth.length, 4), bigEndian(at, 4), bigEndian(0, 4)]),
         ]);
     const length = withSegments(photo, segment(0xe2, list(0))).length;
-    const origin = 2 + 4 + 4; // of positions in the segment: start of the file, marker and length, "MPF"
+    const origin = 2 + 4 + 4; // origin of positions in the segment: start of the file, marker and length, "MPF"
     return Buffer.concat([withSegments(photo, segment(0xe2, list(length - origin))), depth]);
 }

@@ -1,5 +1,5 @@
-// node web.mjs [WORD]: the page of examples/web in Chromium and Firefox. run.sh has built it, the program, and the files of `made`. Ends
-// with "N passed, N failed".
+// node web.mjs [WORD]: tests the page of examples/web in Chromium and Firefox. run.sh builds the page, the program, and the files of `made`.
+// Ends with "N passed, N failed".
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
@@ -26,7 +26,7 @@ const sampleBytes = await readFile(sample);
 const tests = new PageTests(process.argv[2]);
 const test = (fact, open, check) => tests.run(fact, open, check, (page) => page === shared);
 
-/** A page for tests that only convert: opening one takes longer than most of them. */
+/** A shared page for tests that only convert, because opening a page takes longer than most of these tests. */
 let shared = null;
 
 /** Runs the program in the folder of the tests. Returns its message, without "photo3d: ". */
@@ -36,13 +36,13 @@ function messageOfProgram(name) {
     return stderr.trim().replace(/^photo3d: /, "");
 }
 
-/** Runs the program. Returns the GLB, and the texture before it was encoded. */
+/** Runs the program. Returns the GLB, and the texture before encoding. */
 async function convertWithProgram(name) {
     execFileSync(program, [name, "-o", "program.glb", "--stages", "stages", "--quiet"], { cwd: made });
     return { glb: await readFile(join(made, "program.glb")), atlas: await readFile(join(made, "stages/10_atlas.png")) };
 }
 
-/** The parts of a GLB that don't depend on how its texture is encoded: numbers of the mesh and all of the JSON but bytes and places. */
+/** Returns the parts of a GLB that don't depend on the texture's encoding: the mesh, and the JSON without sizes and offsets. */
 function contentOf(glb) {
     const { json, binary } = takeApart(glb);
     const viewOf = ({ byteOffset = 0, byteLength }) => binary.subarray(byteOffset, byteOffset + byteLength);
@@ -53,7 +53,7 @@ function contentOf(glb) {
     return { image, numbers, rest };
 }
 
-/** Number of pixels that differ between two PNG files, counted by the browser. */
+/** Returns the number of pixels that differ between two PNG files, counted by the browser. */
 const differentPixels = (page, a, b) =>
     page.evaluate(
         async (...files) => {
@@ -74,7 +74,7 @@ const differentPixels = (page, a, b) =>
         b.toString("base64"),
     );
 
-/** The page converts a file to the same GLB as the program. */
+/** Checks that the page converts a file to the same GLB as the program. */
 async function assertEqualsProgram(page, name) {
     const { glb, atlas } = await convertWithProgram(name);
     const ours = await convert(page, name, await readFile(join(made, name)), true);
@@ -88,7 +88,7 @@ async function assertEqualsProgram(page, name) {
 /** Headers that isolate a page from other sites. */
 const isolation = { "cross-origin-opener-policy": "same-origin", "cross-origin-embedder-policy": "require-corp" };
 
-/** Serves the folder. `stop` ends it as a lost network would. */
+/** Serves the folder. `stop` ends the server like a lost network. */
 async function serve(folder, headers = {}) {
     const types = { ".html": "text/html", ".js": "text/javascript", ".gz": "application/gzip" };
     const server = createServer(async (request, response) => {
@@ -105,14 +105,14 @@ async function serve(folder, headers = {}) {
     return { address: `http://localhost:${server.address().port}/`, stop };
 }
 
-/** A JPEG with an EXIF block that says how the camera was held. */
+/** Returns a JPEG with the camera's orientation in its EXIF block. */
 function withOrientation(jpeg, orientation) {
     const tiff = Buffer.from([0x4d, 0x4d, 0, 42, 0, 0, 0, 8, 0, 1, 0x01, 0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0]);
     const body = Buffer.concat([Buffer.from("Exif\0\0"), tiff]);
     return Buffer.concat([jpeg.subarray(0, 2), Buffer.from([0xff, 0xe1, 0, body.length + 2]), body, jpeg.subarray(2)]);
 }
 
-/** A PNG of 100,000 x 100,000 pixels, or so its header says. */
+/** A PNG whose header states 100,000 x 100,000 pixels. */
 function hugePng() {
     const header = Buffer.from("49484452000186a0000186a00802000000", "hex");
     const checksum = Buffer.alloc(4);
@@ -171,7 +171,7 @@ for (const kind of ["chromium", "firefox"]) {
         for (const name of Object.keys(refused)) {
             const { error } = await choose(page, join(made, name));
             const expected = messageOfProgram(name);
-            // Which formats are read depends on the build and on the browser.
+            // Readable formats depend on the build and on the browser.
             const comparable = (text) => text?.replace(/expected a JPEG.*, found/, "expected a photo, found");
             assert.equal(comparable(error), comparable(expected));
         }
@@ -185,18 +185,18 @@ for (const kind of ["chromium", "firefox"]) {
 }
 
 async function testsOfChromium(browser, open, openShared) {
-    await test("a photo that was taken upright is upright, as in the program", openShared, async (page) => {
+    await test("a photo with a rotated camera is upright, as in the program", openShared, async (page) => {
         const { facts } = await assertEqualsProgram(page, "turned.jpg");
         assert.deepEqual([facts.width, facts.height], [1536, 1152]);
     });
 
-    await test("a photo beside its depth map uses that map, as in the program", openShared, async (page) => {
+    await test("the page uses a depth map beside the photo, like the program", openShared, async (page) => {
         await writeFile(join(made, "beside.png"), Buffer.from(await besideDepth(page), "base64"));
         const { facts } = await assertEqualsProgram(page, "beside.png");
         assert.equal(facts.depthSource, "the right half");
     });
 
-    await test("depth inside photos of phones is used, as in the program: GDepth, Dynamic Depth, Apple's format", openShared, async (page) => {
+    await test("the page uses depth inside phone photos, like the program: GDepth, Dynamic Depth, Apple's format", openShared, async (page) => {
         // A slope with a box before it.
         const map = grayPng(64, 48, (y, x) => Math.round(20 + y) + (Math.abs(y - 32) < 12 && Math.abs(x - 24) < 10 ? 120 : 0));
         const mapJpeg = Buffer.from(await jpegOf(page, map), "base64");
@@ -215,7 +215,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.equal(meshes.size, 3, "the three maps mean different depth");
     });
 
-    await test("a photo with unusable depth inside says why, and gets estimated depth", openShared, async (page) => {
+    await test("for a photo with unusable depth inside, the page prints the reason and estimates depth", openShared, async (page) => {
         const map = grayPng(64, 48, () => 7);
         const { facts, glb } = await convert(page, "sample.jpg", withGdepth(sampleBytes, map, "Upside"), true);
         assert.match(facts.depthSource, /GDepth: expected RangeInverse or RangeLinear, found Upside/);
@@ -223,7 +223,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(contentOf(glb).numbers, contentOf(plain.glb).numbers);
     });
 
-    await test("one file, which has no HEIC reader, says what to do with such a photo", openShared, async (page) => {
+    await test("the single file, which has no HEIC reader, explains how to convert a HEIC photo", openShared, async (page) => {
         const heic = Buffer.concat([Buffer.from("\0\0\0\x18ftypheic\0\0\0\0mif1heic", "latin1"), Buffer.alloc(100)]);
         const message = await page.evaluate(
             (bytes) => window.photo3d.converter.convert(Uint8Array.from(bytes), "IMG_1.HEIC", () => {}).then(() => "no message", (failure) => failure.message),
@@ -232,7 +232,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.match(message, /^IMG_1\.HEIC: expected .* or another that this browser reads, found .*HEI[CF].*: open the page from a server, or save the photo as JPEG \(unsupported\)$/);
     });
 
-    await test("formats that only the browser reads are converted", openShared, async (page) => {
+    await test("the page converts formats that only the browser reads", openShared, async (page) => {
         const webp = await page.evaluate(async (content) => {
             const picture = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));
             const canvas = new OffscreenCanvas(600, 800);
@@ -244,7 +244,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual([facts.width, facts.height], [600, 800]);
     });
 
-    await test("photos can be dropped and pasted, on the page and on the 3D photo", openShared, async (page) => {
+    await test("users can drop and paste photos on the page and on the 3D photo", openShared, async (page) => {
         const give = (kind, where) =>
             page.evaluate(
                 async (content, kind, where) => {
@@ -309,7 +309,7 @@ async function testsOfChromium(browser, open, openShared) {
         await own.close();
     });
 
-    await test("the page can send nothing", open(), async (page) => {
+    await test("the page cannot send data", open(), async (page) => {
         const isSent = await page.evaluate(async () => {
             const attempts = [
                 () => fetch("https://example.org/", { method: "POST", body: "photo", mode: "no-cors" }),
@@ -323,7 +323,7 @@ async function testsOfChromium(browser, open, openShared) {
         page.errors = [];
     });
 
-    await test("fits phones, upright and lying, in the dark", open({ width: 360, height: 640, features: [{ name: "prefers-color-scheme", value: "dark" }] }), async (page) => {
+    await test("fits phones in portrait, in landscape and in dark mode", open({ width: 360, height: 640, features: [{ name: "prefers-color-scheme", value: "dark" }] }), async (page) => {
         await page.screenshot({ path: join(made, "phone_empty.png") });
         await choose(page, sample);
         for (const [name, width, height] of [["upright", 360, 640], ["lying", 740, 360]]) {
@@ -334,7 +334,7 @@ async function testsOfChromium(browser, open, openShared) {
         }
     });
 
-    await test("axe-core finds nothing, before and after", open(), async (page) => {
+    await test("axe-core reports no violation before and after a conversion", open(), async (page) => {
         const axe = await readFile(join(here, "node_modules/axe-core/axe.min.js"), "utf8");
         const findings = async () => {
             await page.evaluate(axe);
@@ -355,7 +355,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     const isolating = await serve(site, isolation);
-    await test("threads, where the server isolates the page, make the same bytes", () => openPage(browser, isolating.address), async (page) => {
+    await test("with threads, on a server that isolates the page, the GLB has the same bytes", () => openPage(browser, isolating.address), async (page) => {
         assert.ok(await hasAllThreads(page));
         const alone = await openPage(browser, onePage);
         assert.equal((await alone.evaluate(() => window.photo3d.converter.ready)).threads, 1);
@@ -370,7 +370,7 @@ async function testsOfChromium(browser, open, openShared) {
     await isolating.stop();
 
     const withHeic = await serve(site);
-    await test("the folder reads HEIC and the depth inside, as the program does, with and without a network", () => openPage(browser, withHeic.address), async (page) => {
+    await test("the folder reads HEIC and the depth inside like the program, online and offline", () => openPage(browser, withHeic.address), async (page) => {
         assert.deepEqual(page.requests.filter((url) => /heic/.test(url)), [], "the reader is not fetched before it is needed");
         execFileSync("heif-enc", [sample, "-o", join(made, "plain.heic")], { stdio: "ignore" });
         assert.equal((await assertEqualsProgram(page, "plain.heic")).facts.depthSource, "");
@@ -383,7 +383,7 @@ async function testsOfChromium(browser, open, openShared) {
         const { error } = await choose(page, join(made, "cut.heic"));
         assert.equal(error.replaceAll("\n", "\\x0A"), messageOfProgram("cut.heic"), "the program escapes the line ends of libheif's messages");
         await page.evaluate(() => navigator.serviceWorker.ready);
-        await page.reload(); // now the service worker answers, and keeps the reader
+        await page.reload(); // now the service worker answers, and caches the reader
         assert.equal((await choose(page, join(made, "plain.heic"))).error, undefined);
         await withHeic.stop();
         await page.reload();
@@ -392,7 +392,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     const server = await serve(site);
-    await test("the folder works from a server, and without a network after the first visit", () => openPage(browser, server.address), async (page) => {
+    await test("the folder works from a server, and offline after the first visit", () => openPage(browser, server.address), async (page) => {
         assert.equal((await choose(page, sample)).error, undefined);
         assert.deepEqual(page.requests.filter((url) => !url.startsWith(server.address)), [], "only the server's own files");
         await page.evaluate(() => navigator.serviceWorker.ready);
@@ -411,7 +411,7 @@ function hasAllThreads(page) {
     return page.evaluate(async () => (await window.photo3d.converter.ready).threads === Math.min(navigator.hardwareConcurrency, 8));
 }
 
-/** A picture as JPEG, encoded by the browser. */
+/** Returns a picture as JPEG, encoded by the browser. */
 function jpegOf(page, picture) {
     return page.evaluate(async (content) => {
         const decoded = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));
@@ -422,7 +422,7 @@ function jpegOf(page, picture) {
     }, picture.toString("base64"));
 }
 
-/** A PNG with the sample on the left, a gray map on the right: near below. */
+/** Returns a PNG with the sample on the left and a gray map on the right, nearer at the bottom. */
 function besideDepth(page) {
     return page.evaluate(async (content) => {
         const picture = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));

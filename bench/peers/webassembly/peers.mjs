@@ -1,10 +1,10 @@
-// The depth network in WebAssembly under node, one thread, with a peer: node peers.mjs PEER MODELS LAYERS RUNS
+// Times the depth network of a peer in WebAssembly under node, one thread: node peers.mjs PEER MODELS LAYERS RUNS
 //
 //   onnx_runtime_web   the int8 network that ../shared/peers/build_models.py wrote to MODELS/qlinear_u8s8.onnx
 //   tensorflow_js      the layers that LAYERS (../shared/tiefenrausch/layers.txt) lists, in float, with weights of the right shapes
-//                      and no clipping but ReLU, which is less work than the network asks for
+//                      and ReLU as the only clipping, which is less work than the network's own
 //
-// Prints the median of RUNS runs in milliseconds. The packages are looked for in the working directory.
+// Prints the median of RUNS runs in milliseconds. Loads the packages from the working directory.
 import fs from 'fs';
 import { createRequire } from 'module';
 
@@ -21,7 +21,7 @@ async function onnxRuntimeWeb() {
     return () => session.run(feeds);
 }
 
-/// [{ kind, inputs, output, ... }], in order.
+/// Returns [{ kind, inputs, output, ... }] in order.
 function readLayers() {
     const found = [];
     for (const line of fs.readFileSync(layers, 'utf8').split('\n')) {

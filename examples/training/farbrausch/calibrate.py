@@ -1,12 +1,12 @@
-"""Finds the value ranges for 8-bit arithmetic, on training photographs.
+"""Finds the value ranges for 8-bit arithmetic on training photographs.
 
-Every tensor between two layers gets 256 even steps from its least to its greatest value on the photographs, times a factor. Values
-beyond are clipped. Of decoders' values that costs far more than coarser steps do: with the ranges of least mean square error a telephone
-photo with strong contrasts comes out at 40 dB from float32, with 1.5 times the extremes at 48 and more, and others lose 2 of 55 dB (weights of 7,822 steps).
-Encoders' values have long thin tails, and finer steps are worth more: 0.75 is 1 to 4 dB better than 1.5.
+Every tensor between two layers has 256 even steps between its extremes on the photographs, times a factor. Values outside are clipped. In
+decoders, clipping costs far more than coarse steps: with the ranges of minimum mean square error, a phone photo with strong contrasts has
+40 dB relative to float32, with 1.5 times the extremes 48 dB and more, while other photos lose 2 of 55 dB (weights of 7,822 steps).
+In encoders, values have long thin tails, and finer steps are better: a factor of 0.75 gains 1 to 4 dB over 1.5.
 
-What counts is what the library computes. Decoders are taught inside holes only; far from them their values mean nothing, are large, and
-are never asked for.
+Only values that the library computes count. Training covers decoders inside holes only; far from holes, their values are large,
+meaningless and never computed by the library.
 """
 import os
 
@@ -23,7 +23,7 @@ FACTORS = {"encoder": 0.75, "decoder": 1.5}
 
 
 def crops(folder, count, size, seed):
-    """(image, known, exists) of `count` photographs."""
+    """Returns (image, known, exists) of `count` photographs."""
     rng = np.random.default_rng(seed)
     names = data.training_names(folder)
     photos = []
@@ -34,7 +34,7 @@ def crops(folder, count, size, seed):
 
 
 def decoded(hole, exists):
-    """For each level, finest first, the pixels whose decoder values the holes at the finest level need."""
+    """Returns per level, finest first, the pixels whose decoder values the holes at the finest level depend on."""
     needed = [hole]
     for _ in range(model.LEVELS):
         exists = model.coarsen_mask(exists)
@@ -44,10 +44,10 @@ def decoded(hole, exists):
 
 
 def value_ranges(net, folder, count=48, size=256, seed=3):
-    """{"encoder.0.range": [least, greatest], ...}, float32."""
+    """Returns {"encoder.0.range": [min, max], ...}, float32."""
     image, known, exists = crops(folder, count, size, seed)
     needed = decoded((1 - known) * exists, exists)
-    ranges = {"input.range": np.array([-1, 1], np.float32)}  # differences of colors in [0, 1], and 0 or 1 for known
+    ranges = {"input.range": np.array([-1, 1], np.float32)}  # inputs are differences of colors in [0, 1], and 0 or 1 for known
 
     def keep(part, i, mask):
         def hook(_, inputs, output):

@@ -1,4 +1,4 @@
-"""Photographs, crops and augmentation. Data stays uint8 as long as possible and is cheap to make, since one thread prepares it and trains."""
+"""Photographs, crops and augmentation. Data stays uint8 as long as possible, since the training thread also prepares it."""
 import json
 import os
 
@@ -10,9 +10,9 @@ import masks
 
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
-SHRUNK_MASKS = 0.25  # share of the masks that are shrunk, so that the crop shows a larger part of them
-OWN_HOLES = 0.5  # share of the crops, among those with known disparity, whose holes lie behind the crop's own surfaces
-OWN_MOTION = 20, 90  # range of the parallax between disparity 1 and 0 in these crops, in pixels
+SHRUNK_MASKS = 0.25  # share of shrunk masks, of which the crop shows a larger part
+OWN_HOLES = 0.5  # share of crops with holes behind their own surfaces, among those with known disparity
+OWN_MOTION = 20, 90  # range of parallax between disparity 1 and 0 in these crops, in pixels
 VALIDATION_EVERY = 32  # one in this number of training photographs is held out for validation
 
 
@@ -28,12 +28,12 @@ def training_names(folder):
 
 
 def read_folder(folder):
-    """[(name, H x W x 3 uint8 RGB)], sorted by name."""
+    """Returns [(name, H x W x 3 uint8 RGB)], sorted by name."""
     return [(n, cv2.cvtColor(cv2.imread(os.path.join(folder, n), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)) for n in names_of(folder)]
 
 
 def window_of(rng, height, width, size):
-    """(rows, columns) of a random square to crop, seen at half to full resolution."""
+    """Returns (rows, columns) of a random square to crop, at half to full resolution."""
     scale = rng.uniform(min(1.0, max(0.5, size / min(height, width))), 1.0)
     side = min(int(np.ceil(size / scale)), height, width)
     y, x = rng.integers(height - side + 1), rng.integers(width - side + 1)
@@ -52,8 +52,8 @@ def crop_of(rng, image, size):
 
 
 def vary_color(rng, crop):
-    """Random gamma, gain and balance, by one table per channel; random saturation; sometimes a permutation of the channels, so that no
-    hue is typical of a subject."""
+    """Applies random gamma, gain and balance, by one table per channel; random saturation; sometimes a permutation of the channels, so that
+    no hue is typical of a subject."""
     if rng.random() < 0.25:
         crop = crop[:, :, rng.permutation(3)]
     if rng.random() < 0.5:
@@ -72,11 +72,11 @@ def is_of_use(labels):
 
 
 def labels_of(rng, bank, size):
-    """A random part of a random mask, resized, in one of eight orientations."""
+    """Returns a random part of a random mask, resized, in one of eight orientations."""
     while True:
         labels = bank[rng.integers(len(bank))]
         full = labels.shape[0]
-        # mostly at its own scale, so that a band is as wide as expand() makes it
+        # mostly at original scale, so that bands have the width that expand() produces
         side = rng.integers(size, full + 1) if full > size and rng.random() < SHRUNK_MASKS else min(size, full)
         y, x = rng.integers(full - side + 1), rng.integers(full - side + 1)
         labels = labels[y:y + side, x:x + side]
@@ -87,14 +87,14 @@ def labels_of(rng, bank, size):
 
 
 def to_tensors(photos, labels):
-    """(image B x 3 x H x W in [0, 1], known, exists), from uint8 arrays B x H x W x 3 and B x H x W."""
+    """Converts uint8 arrays B x H x W x 3 and B x H x W to (image B x 3 x H x W in [0, 1], known, exists)."""
     image = torch.from_numpy(np.ascontiguousarray(photos)).permute(0, 3, 1, 2).float().div_(255)
     labels = torch.from_numpy(np.ascontiguousarray(labels))[:, None]
     return image, (labels == masks.KNOWN).float(), (labels != masks.ABSENT).float()
 
 
 def read_disparities(folder):
-    """{name: H x W, 0 to 1}, of what tiefenrausch_small/prepare.py wrote"""
+    """Reads {name: H x W, 0 to 1} from the output of tiefenrausch_small/prepare.py."""
     with open(os.path.join(folder, "index.json")) as file:
         entries = json.load(file)["entries"]
     values = np.memmap(os.path.join(folder, "labels.f16"), np.float16, "r")
@@ -103,7 +103,7 @@ def read_disparities(folder):
 
 
 class Photographs:
-    """disparities: folder that tiefenrausch_small/prepare.py wrote, for holes behind the photographs' own surfaces"""
+    """disparities: output folder of tiefenrausch_small/prepare.py, for holes behind the photographs' own surfaces"""
 
     def __init__(self, folder, disparities=None):
         named, taught = read_folder(folder), set(training_names(folder))
@@ -115,7 +115,7 @@ class Photographs:
         self.disparities = [found.get(os.path.splitext(name)[0]) for name, _ in named if name in taught]
 
     def own_labels(self, rng, pick, window, size):
-        """Holes behind the surfaces of a photograph's crop; none if the crop has no step of disparity, or no disparity."""
+        """Returns holes behind the surfaces of a photograph's crop, or None if the crop has no step of disparity, or no disparity."""
         if self.disparities[pick] is None:
             return None
         height, width = self.train[pick].shape[:2]
@@ -136,7 +136,7 @@ class Photographs:
         return to_tensors(photos, labels)
 
     def validation_batches(self, count, size=256, batch=8):
-        """The same crops and holes every time, without augmentation."""
+        """Returns the same crops and holes on every call, without augmentation."""
         rng, bank = np.random.default_rng(1), masks.bank(count, size, seed=2)
         batches = []
         for start in range(0, count, batch):

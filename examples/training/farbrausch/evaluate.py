@@ -3,13 +3,13 @@
     python3 evaluate.py --photos PHOTOS --weights checkpoint.pt [--sheets FOLDER] [--count 200]
     python3 evaluate.py --photos PHOTOS --weights farbrausch.safetensors --inpaint PROGRAM ...
 
-With --inpaint (inpaint.cpp, compiled) the row "Farbrausch" is what the library makes of the weights, texture and all, and a further row
-is the network alone in PyTorch; without it there is only that.
+With --inpaint (inpaint.cpp, compiled), the row "Farbrausch" shows the library's result including texture, and a further row the network
+alone in PyTorch. Without it, the table has only the latter.
 
 Columns, inside the holes: PSNR, SSIM and, with --lpips, LPIPS (averages over the pictures), mean absolute color error (0 to 255), error
-of a hole's mean color (one hole: one connected piece), mean gradient magnitude relative to the truth's, and the distance between the
+of a hole's mean color (a hole is one connected component), mean gradient magnitude relative to the truth's, and the distance between the
 histograms of gradient magnitude (earth mover's, 0 to 255). No method sees the pixels that do not exist. A second table has PSNR and LPIPS
-by the width of the hole. The last line is Farbrausch's lead in PSNR over the best of the others.
+by hole width. The last line is Farbrausch's lead in PSNR over the best other method.
 """
 import argparse
 import os
@@ -30,7 +30,7 @@ WIDTHS = (16, 32, 64)  # bounds between the classes of the second table, in pixe
 
 
 def cases(folder, count):
-    """[(image H x W x 3 uint8, labels H x W)], always the same ones."""
+    """Returns [(image H x W x 3 uint8, labels H x W)], the same for every run."""
     photographs = [image for _, image in data.read_folder(folder)]
     rng = np.random.default_rng(20)
     bank = masks.bank(count, SIZE, seed=99)
@@ -48,7 +48,7 @@ def median_fill(image, labels):
 
 
 def diffusion(image, labels):
-    """Isotropic: every unknown pixel becomes the average of its existing neighbors. Solved coarse to fine, by relaxation."""
+    """Isotropic diffusion: every unknown pixel becomes the average of its existing neighbors. Solved coarse to fine, by relaxation."""
     known, exists = labels == masks.KNOWN, labels != masks.ABSENT
     start = np.repeat(np.repeat(diffusion(image[::2, ::2], labels[::2, ::2]), 2, 0), 2, 1)[:image.shape[0], :image.shape[1]] if (
         min(image.shape[:2]) > 8 and known[::2, ::2].any()) else np.full(image.shape, image[known].mean(0) if known.any() else 128.0)
@@ -101,7 +101,7 @@ def library(program, path):
 
 
 def structural_similarity(a, b):
-    """The SSIM map of two H x W x 3 pictures, averaged over the channels (Gaussian window, sigma 1.5)."""
+    """Returns the SSIM map of two H x W x 3 pictures, averaged over the channels (Gaussian window, sigma 1.5)."""
     a, b = a.astype(np.float64), b.astype(np.float64)
 
     def blur(x):
@@ -114,15 +114,15 @@ def structural_similarity(a, b):
 
 
 def gradient_magnitudes(picture, hole):
-    """Gradients of the pixels whose right and lower neighbors are also in the hole."""
+    """Returns the gradients of pixels whose right and lower neighbors are also in the hole."""
     gray = picture.astype(np.float32) @ np.array([0.299, 0.587, 0.114], np.float32)
     inside = hole[:-1, :-1] & hole[1:, :-1] & hole[:-1, 1:]
     return np.hypot(gray[1:, :-1] - gray[:-1, :-1], gray[:-1, 1:] - gray[:-1, :-1])[inside]
 
 
 def width_classes(index):
-    """The class of width of each pixel's hole, given the holes' labels: 0 for less than WIDTHS[0] pixels. A hole is as wide as the largest
-    disk inside it."""
+    """Returns per pixel the width class of its hole, from the holes' labels: 0 for less than WIDTHS[0] pixels. A hole's width is the diameter
+    of the largest disk inside it."""
     widths = np.zeros(index.max() + 1)
     for i in range(1, len(widths)):
         widths[i] = 2 * cv2.distanceTransform(np.pad((index == i).astype(np.uint8), 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE).max() - 1
@@ -147,7 +147,7 @@ def measure(image, labels, filled, lpips=None):
 
 
 def print_by_width(results):
-    """PSNR and LPIPS over all pixels of the holes of a class."""
+    """Prints PSNR and LPIPS over all hole pixels per width class."""
     names = [f"under {WIDTHS[0]}", *(f"{a} to {b}" for a, b in zip(WIDTHS, WIDTHS[1:])), f"{WIDTHS[-1]} or more"]
     columns = {name: [np.concatenate([r["pixels"][k] for r in rows]) for k in range(3)] for name, rows in results.items()}
     classes = next(iter(columns.values()))[0]
@@ -160,7 +160,7 @@ def print_by_width(results):
 
 
 def texture(results):
-    """(mean gradient magnitude relative to the truth's, earth mover's distance of the two histograms)"""
+    """Returns (mean gradient magnitude relative to the truth's, earth mover's distance of the two histograms)."""
     ours, true = sum(r["ours"] for r in results), sum(r["true"] for r in results)
     ours, true = ours / ours.sum(), true / true.sum()
     middles = np.arange(len(ours)) * 2 + 1
@@ -168,7 +168,7 @@ def texture(results):
 
 
 def sheet(path, chosen, inputs, columns):
-    """One row per photograph: the input (holes red, absent pixels black), the truth, then the given methods."""
+    """Draws one row per photograph: the input (holes red, absent pixels black), the truth, then the given methods."""
     rows = []
     for i in chosen:
         image, labels = inputs[i]
@@ -183,7 +183,7 @@ def sheet(path, chosen, inputs, columns):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--photos", required=True, help="folder of held-out photographs")
-    p.add_argument("--weights", help="exported file or checkpoint; without it only the other methods are measured")
+    p.add_argument("--weights", help="exported file or checkpoint; without it, only the other methods are measured")
     p.add_argument("--inpaint", help="the compiled inpaint.cpp: also measures the library; needs exported weights")
     p.add_argument("--count", type=int, default=200)
     p.add_argument("--lpips", help="folder of lpips.py: also measures the perceived difference")
@@ -216,7 +216,7 @@ def main():
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")
         if a.sheets:
             os.makedirs(a.sheets, exist_ok=True)
-            # best and worst relative to Telea, so that easy holes do not count as good
+            # ranked relative to Telea, so that easy holes do not rank as good
             lead = np.array([ours["psnr"] - other["psnr"] for ours, other in zip(results["Farbrausch"], results["Telea"])])
             order = np.argsort(lead)
             columns = [results["Telea"], results["Farbrausch"]]

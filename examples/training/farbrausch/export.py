@@ -4,7 +4,7 @@
 
 The normalization is folded in, so the file holds ten convolutions: encoder.0 .. encoder.4, decoder.0 .. decoder.4, each with `weight`
 (out x in x height x width) and `bias`, and for 8-bit arithmetic `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`,
-found on 48 of the photographs (calibrate.py). The running average of the weights is what is exported.
+found on 48 of the photographs (calibrate.py). Exports the running average of the weights.
 """
 import argparse
 import hashlib
@@ -67,7 +67,7 @@ def provenance(folder, state, note):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--checkpoint", required=True)
-    p.add_argument("--photos", required=True, help="the folder that the weights were trained on, for the provenance")
+    p.add_argument("--photos", required=True, help="folder of training photographs, for the provenance")
     p.add_argument("--out", required=True)
     p.add_argument("--type", choices=("float16", "float32"), default="float16")
     p.add_argument("--note", default="", help="text for the provenance, such as licenses")
@@ -80,7 +80,7 @@ def main():
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "farbrausch", "architecture": json.dumps(architecture()), "provenance": json.dumps(provenance(a.photos, state, a.note))})
 
-    # a picture of odd size without absent pixels, on which operators on images and on layered depth images agree
+    # picture of odd size without absent pixels, on which operators for images and for layered depth images agree
     generator = torch.Generator().manual_seed(1)
     image = torch.rand(1, 3, 7, 9, generator=generator)
     image = torch.nn.functional.interpolate(image, (75, 97), mode="bilinear", align_corners=False)

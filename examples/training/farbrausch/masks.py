@@ -1,16 +1,17 @@
-"""Holes as they lie behind silhouettes. A label image: 0 known, 1 hole (to be inpainted), 2 does not exist.
+"""Holes behind silhouettes, as label images: 0 known, 1 hole (to be inpainted), 2 does not exist.
 
-A foreground shape is drawn at random. The surface behind it is expanded from its outline inwards by a certain reach, as the LDI stage
-does (paper, "Hallucinating occluded geometry"): that band is the hole. The rest of the shape does not exist on the background's
-sheet. Shapes narrower than twice the reach are bridged altogether.
+Draws a random foreground shape. The surface behind it expands inward from its outline by a reach, like in the LDI stage (paper,
+"Hallucinating occluded geometry"): this band is the hole. The rest of the shape does not exist on the background's sheet. A shape
+narrower than twice the reach is a hole altogether.
 
-Or the foreground is the photograph's own (`covered`): what it covers when the camera moves is the hole, and it does not exist itself.
+Alternatively, `covered` uses the photograph's own foreground: the area that it covers when the camera moves is the hole; the foreground
+itself does not exist.
 """
 import cv2
 import numpy as np
 
 KNOWN, HOLE, ABSENT = 0, 1, 2
-STEP = 0.05  # of disparity, where one surface ends and another begins
+STEP = 0.05  # minimum step of disparity between two surfaces
 
 
 def smooth_noise(rng, size):
@@ -44,7 +45,7 @@ def ellipses(rng, size):
 
 
 def strokes(rng, size):
-    """Limbs, branches, poles: bent lines of constant width."""
+    """Draws limbs, branches, poles: bent lines of constant width."""
     shape = np.zeros((size, size), np.uint8)
     for _ in range(rng.integers(1, 5)):
         point, angle = rng.uniform(0, size, 2), rng.uniform(0, 2 * np.pi)
@@ -58,7 +59,7 @@ def strokes(rng, size):
 
 
 def figure(rng, size):
-    """Head, trunk and limbs, standing on the lower border or cut by it: the most common foreground."""
+    """Draws a person, the most common foreground: head, trunk and limbs, on the lower border or cut by it."""
     shape = np.zeros((size, size), np.uint8)
     scale, x, foot = rng.uniform(0.25, 1.0) * size, rng.uniform(0.15, 0.85) * size, rng.uniform(0.75, 1.4) * size
 
@@ -86,7 +87,7 @@ def foreground(rng, size):
 
 
 def draw(rng, size=256):
-    """A label image of size x size pixels. The reach is given for 256 pixels and scales with the size."""
+    """Returns a label image of size x size pixels. The reach refers to 256 pixels and scales with the size."""
     while True:
         shape = foreground(rng, size)
         if rng.random() < 0.3:
@@ -102,17 +103,17 @@ def draw(rng, size=256):
 
 
 def covered(disparity, motion, angle):
-    """Labels for a photograph with its disparity (H x W, 0 to 1): the hole is the area that nearer surfaces cover when disparity 1
-    moves by `motion` pixels relative to disparity 0 at that angle; the covering surfaces do not exist."""
+    """Returns labels for a photograph from its disparity (H x W, 0 to 1): the hole is the area that nearer surfaces cover when disparity 1
+    moves by `motion` pixels relative to disparity 0 in direction `angle`; the covering surfaces do not exist."""
     height, width = disparity.shape
     y, x = np.mgrid[0:height, 0:width]
     to_y, to_x = (np.rint(at + motion * way * disparity).astype(np.int32) for at, way in ((y, np.sin(angle)), (x, np.cos(angle))))
     reach = int(np.ceil(motion)) + 1
     to_y, to_x = np.clip(to_y + reach, 0, height + 2 * reach - 1), np.clip(to_x + reach, 0, width + 2 * reach - 1)
     nearest = np.zeros((height + 2 * reach, width + 2 * reach), np.float32)
-    order = np.argsort(disparity, axis=None)  # written last: the nearest
+    order = np.argsort(disparity, axis=None)  # the nearest surface is written last
     nearest[to_y.ravel()[order], to_x.ravel()[order]] = disparity.ravel()[order]
-    nearest = cv2.morphologyEx(nearest, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))  # closes gaps that the motion opens in near surfaces
+    nearest = cv2.morphologyEx(nearest, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))  # closes gaps that motion opens in near surfaces
     labels = np.zeros((height, width), np.uint8)
     hole = nearest[to_y, to_x] > disparity + STEP
     hole = cv2.morphologyEx(hole.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0

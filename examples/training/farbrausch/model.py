@@ -3,13 +3,13 @@
 Paper: Kopf et al., One Shot 3D Photography, section "LDI Inpainting"; partial convolution: Liu et al., ECCV 2018. Five stride-2
 stages, 0.378 M parameters, 2.67 GMAC at 512x512.
 
-The network is trained on images and applied to layered depth images, so it is built only from operators that both have:
+The network is trained on images and applied to layered depth images, so it uses only operators that exist for both:
 windows around a pixel, stride-2 coarsening that keeps the even pixels, and nearest upsampling. Two masks, B x 1 x H x W with values
 0 and 1, go with an image:
 
-    exists  1 where there is a pixel at all. What hides a hole's far side is a separate sheet of a layered depth image: not
-            connected to the hole, so it must not be seen. Where this mask is 0 nothing is read at any scale.
-    known   1 where the photograph gives the color; 0 in the hole. At most `exists`.
+    exists  1 where the sheet has a pixel. The surface in front of a hole is a separate sheet of a layered depth image, without links
+            to the hole, so the network must not read it. Pixels with 0 are not read at any scale.
+    known   1 where the photograph has the color; 0 in the hole. At most `exists`.
 
 README.md states every step as arithmetic on a layered depth image.
 """
@@ -22,11 +22,11 @@ KERNELS = (7, 5, 5, 3, 3)
 INPUTS = 4  # red, green, blue, known
 LEAK = 0.2
 LEVELS = len(CHANNELS)
-GROWTH = 4  # number of pixels by which the coarsest level's colors grow into its unknown pixels
+GROWTH = 4  # pixels by which the coarsest level's colors grow into its unknown pixels
 
 
 def upsample(x, like):
-    """Nearest upsampling by two, cut to the size of `like` (coarsening keeps the last row and column of an odd size)."""
+    """Upsamples to nearest by two and crops to the size of `like` (coarsening keeps the last row and column of an odd size)."""
     x = F.interpolate(x, scale_factor=2, mode="nearest")
     return x[:, :, :like.shape[2], :like.shape[3]]
 
@@ -36,7 +36,7 @@ def coarsen_mask(mask):
 
 
 def window_sum(x, stride):
-    """The sum over each 3x3 window."""
+    """Returns the sum over each 3x3 window."""
     height, width = x.shape[2:]
     x = F.pad(x, (1, 1, 1, 1))
     x = x[:, :, 0:height:stride] + x[:, :, 1:height + 1:stride] + x[:, :, 2:height + 2:stride]
@@ -44,8 +44,8 @@ def window_sum(x, stride):
 
 
 def average(values, mask, exists, stride=1):
-    """(average, mask): per 3x3 window the average of the pixels where the mask is 1, per channel, and whether there is such a pixel; a
-    partial convolution with weights 1/9. Values must be zero where the mask is."""
+    """Returns (average, mask): per 3x3 window, the average of the pixels where the mask is 1, per channel, and whether there is such a pixel;
+    a partial convolution with weights 1/9. Values must be zero where the mask is zero."""
     count = window_sum(mask, stride)
     valid = (count > 0.5).to(values) * exists
     return window_sum(values, stride) * (valid / count.clamp(min=1)), valid
@@ -61,12 +61,12 @@ def spread(color, mask, exists, keep_color, keep, passes):
 
 @torch.no_grad()
 def smooth_fills(image, known, exists):
-    """(fill, tone), both B x 3 x H x W and zero where nothing exists.
+    """Returns (fill, tone), both B x 3 x H x W and zero where no pixel exists.
 
-    fill  the image where known, and a close likeness of isotropic diffusion in the holes: 0.2 dB behind it, in a fixed
-          number of passes. The network's answer is added to it.
-    tone  the color of the wide neighborhood, known or not. It is taken off what the network sees, so that a red door and a
-          gray one look the same to it and it never has to guess an absolute color.
+    fill  the image where known; in the holes, an approximation of isotropic diffusion in a fixed number of passes, 0.2 dB worse.
+          The network's output is added to it.
+    tone  the mean color of a wide neighborhood, known or not. It is subtracted from the network's input, so that a red and a gray door
+          look alike and the network never predicts an absolute color.
     """
     colors, masks, existing = [image * known], [known], [exists]
     for _ in range(LEVELS):
@@ -118,7 +118,7 @@ class PartialConvolution(nn.Module):
         return y * exists
 
     def folded(self):
-        """(weight, bias) of the same layer with the normalization of evaluation mode folded in."""
+        """Returns (weight, bias) of the same layer with folded normalization."""
         if self.norm is None:
             return self.weight.detach(), self.bias.detach()
         scale = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
@@ -139,7 +139,7 @@ class Farbrausch(nn.Module):
             self.decoder.append(PartialConvolution(previous + c_in[i], c_out, 3, normalize=i > 0, leak=LEAK if i > 0 else None))
             previous = c_out
         with torch.no_grad():
-            self.decoder[-1].weight.mul_(0.1)  # so that an untrained network hardly changes the fill
+            self.decoder[-1].weight.mul_(0.1)  # an untrained network hardly changes the fill
 
     def residual(self, x, exists):
         """Returns the correction to add to the fill. x: B x INPUTS x H x W, zero where nothing exists."""
@@ -152,7 +152,7 @@ class Farbrausch(nn.Module):
         y = skips[-1]
         for j, layer in enumerate(self.decoder):
             i = LEVELS - 1 - j
-            # a pixel without a coarse pixel gets zero
+            # zero for pixels without a coarse pixel
             above = upsample(existing[i + 1], existing[i]) * existing[i]
             y = layer([(upsample(y, existing[i]) * existing[i], above), (skips[i], existing[i])], existing[i])
         return y

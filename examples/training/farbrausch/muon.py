@@ -1,14 +1,14 @@
-"""Muon: momentum whose every step is made orthogonal, for weights that are matrices or convolutions (K. Jordan and others, "Muon: An
-optimizer for hidden layers in neural networks", 2024); Adam for the rest. The lengths of the steps are matched to Adam's (J. Liu and others,
+"""Muon: momentum with orthogonalized steps, for the weights of matrices and convolutions (K. Jordan and others, "Muon: An
+optimizer for hidden layers in neural networks", 2024); Adam for the other weights. Step lengths match Adam's (J. Liu and others,
 "Muon is Scalable for LLM Training", 2025), so that one learning rate serves both.
 """
 import math
 
 import torch
 
-COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of the fifth-degree polynomial that drives singular values toward 1
+COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # coefficients of the fifth-degree polynomial that moves singular values toward 1
 ITERATIONS = 5
-STEP_LENGTH = 0.2  # root mean square of a step's elements at a learning rate of 1, as Adam's are
+STEP_LENGTH = 0.2  # root mean square of a step's elements at learning rate 1, equal to Adam's
 
 
 def orthogonalized(matrix, dtype):
@@ -25,9 +25,9 @@ def orthogonalized(matrix, dtype):
 class Muon(torch.optim.Optimizer):
     def __init__(self, parameters, lr, momentum=0.95, decay=0.2, betas=(0.9, 0.99), eps=1e-8, dtype=torch.bfloat16):
         """
-        decay  of the matrices. Steps of a fixed length make weights grow, and those before a normalization may: their size changes
-               nothing, but the larger they are, the less a step turns them. Decay keeps the size at which both are in balance.
-        dtype  that the products of matrices are taken in
+        decay  weight decay of the matrices. Steps of fixed length make weights grow. Before a normalization, their size has no effect, but
+               steps rotate larger weights less. Decay balances both.
+        dtype  type of the matrix products
         """
         super().__init__(parameters, {"lr": lr, "momentum": momentum, "decay": decay, "betas": betas, "eps": eps})
         self.dtype = dtype

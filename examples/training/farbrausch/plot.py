@@ -1,4 +1,4 @@
-"""Draws the course of a training from its log. python3 plot.py FOLDER/log.tsv curve.png"""
+"""Draws the training curves from the log. python3 plot.py FOLDER/log.tsv curve.png"""
 import csv
 import sys
 
@@ -8,7 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 with open(sys.argv[1]) as file:
-    rows = list(csv.DictReader(file, delimiter="\t"))[1:]  # the first is the untrained network
+    rows = list(csv.DictReader(file, delimiter="\t"))[1:]  # the first row is the untrained network
 figure, axes = plt.subplots(1, 3, figsize=(12, 3.4))
 for axis, (name, label) in zip(axes, (("psnr", "PSNR in held-out holes (dB)"), ("color_error", "mean color error (of 255)"),
                                       ("texture", "gradient magnitude, relative to the truth's"))):

@@ -2,11 +2,11 @@
 
     python3 train.py --photos PHOTOS --out FOLDER
 
-Everything lies in FOLDER: checkpoint.pt (all that is needed to go on; a second start with the same FOLDER does), log.tsv, snapshots.
-To steer it, make a file there:
+Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: a second start with the same FOLDER resumes
+the training. Create a file in FOLDER to control it:
 
-    stop    save and end. Delete the file and start again to go on.
-    finish  let the learning rate fall to zero along a cosine over the next 10 minutes (or as many as the file says), save, end.
+    stop    saves and ends. Delete the file and start again to resume.
+    finish  lowers the learning rate to zero along a cosine over the next 10 minutes, or the number of minutes in the file, saves and ends.
 """
 import argparse
 import copy
@@ -29,20 +29,20 @@ from muon import Muon
 
 WARM_UP = 300  # steps
 MASKS = 4000
-ABSOLUTE_WEIGHT, DECIBEL_WEIGHT, GRADIENT_WEIGHT, PERCEIVED_WEIGHT = 2.0, 0.6, 0.7, 0.5  # of the terms of the loss
+ABSOLUTE_WEIGHT, DECIBEL_WEIGHT, GRADIENT_WEIGHT, PERCEIVED_WEIGHT = 2.0, 0.6, 0.7, 0.5  # weights of the terms of the loss
 GRADIENT_SCALES = 4
 VALIDATION_CROPS = 64
 CALIBRATION_BATCHES = 20
 
 
 def losses(y, image, known, exists):
-    """The terms of the loss, each a scalar. They count the pixels in holes, since the network's values at known pixels are never used; the
-    gradients also count the rims of holes, where the known side has no error."""
+    """Returns the terms of the loss, each a scalar. They cover pixels in holes, since the library never uses the network's values at known
+    pixels; the gradient term also covers the rims of holes, where the known side has no error."""
     hole = exists * (1 - known)
     area = hole.sum((1, 2, 3)).clamp(min=1)
     error, terms = (y - image) * hole, {}
     terms["hole"] = ABSOLUTE_WEIGHT * error.abs().sum() / (3 * area.sum())
-    # with the logarithm, easy holes (sky) weigh as much as hard ones; its average is PSNR
+    # the logarithm gives easy holes (sky) the weight of hard ones; its average is PSNR
     terms["decibel"] = DECIBEL_WEIGHT * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
     gradient, weight = 0.0, exists
     for scale in range(GRADIENT_SCALES):
@@ -59,7 +59,7 @@ def losses(y, image, known, exists):
 
 
 def perceived_difference(lpips, y, image, known, exists):
-    """Mean of the LPIPS map over the holes, between the crop with filled holes and the original crop."""
+    """Returns the mean over the holes of the LPIPS map between the crop with filled holes and the original crop."""
     hole = exists * (1 - known)
     truth = image * exists * 2 - 1
     filled = torch.where(hole > 0, y.clamp(0, 1) * 2 - 1, truth)
@@ -68,7 +68,7 @@ def perceived_difference(lpips, y, image, known, exists):
 
 @torch.no_grad()
 def validate(net, batches):
-    """(PSNR in dB, mean absolute color error 0 to 255, gradient magnitude of the fill relative to the truth's), inside holes."""
+    """Returns (PSNR in dB, mean absolute color error 0 to 255, gradient magnitude of the fill relative to the truth's) inside holes."""
     decibels, errors, ours, true = [], [], 0.0, 0.0
     for image, known, exists in batches:
         hole = exists * (1 - known)
@@ -84,7 +84,7 @@ def validate(net, batches):
 
 @torch.no_grad()
 def continue_from(net, path, batches):
-    """Loads an exported file, whose normalization is folded into its weights. Each layer gets a new normalization that does not change
+    """Loads an exported file with folded normalization. Inserts a normalization per layer that does not change
     its output: its scale and shift are the standard deviation and the mean of the layer's output on the batches."""
     for (_, layer), (_, folded) in zip(export.layers(net), export.layers(export.network_of(path))):
         layer.weight.copy_(folded.weight)
@@ -111,7 +111,7 @@ def continue_from(net, path, batches):
 
 
 class Run:
-    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimizer and the counts.
+    """State of a checkpoint: the network, its running average (which is exported), the optimizer and the counts.
 
     lpips: a differentiable LPIPS for the loss, or None"""
 
@@ -121,7 +121,7 @@ class Run:
         self.average = copy.deepcopy(self.net).eval()
         self.optimizer = Muon(self.net.parameters(), rate, dtype=torch.bfloat16 if mixed else torch.float32)
         self.mixed = mixed
-        self.step, self.seconds = 0, 0.0  # seconds of processor time
+        self.step, self.seconds = 0, 0.0  # processor seconds
 
     def state(self):
         return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
@@ -174,7 +174,7 @@ def arguments():
     p.add_argument("--photos", required=True, help="folder of photographs")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
     p.add_argument("--weights", help="exported file to start from if FOLDER has no checkpoint, such as for your own photographs")
-    p.add_argument("--disparities", help="folder that tiefenrausch_small/prepare.py wrote for the photographs, for holes behind their own surfaces")
+    p.add_argument("--disparities", help="output folder of tiefenrausch_small/prepare.py for the photographs, for holes behind their own surfaces")
     p.add_argument("--lpips", help="folder of lpips.py, to add the perceived difference to the loss")
     p.add_argument("--crop", type=int, default=128, help="width in pixels, a multiple of 32")
     p.add_argument("--batch", type=int, default=16, help="crops per step")

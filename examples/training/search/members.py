@@ -1,10 +1,10 @@
-"""Trains small members of the design space for a short time each; what they reach is what the predictor learns from.
+"""Trains members of the design space (space.py) briefly; their errors train the predictor.
 
     python3 members.py --photos FOLDER --estimate PROGRAM --teacher FILE.safetensors --out FOLDER [--depth RGBD_FOLDER]...
 
-The teacher is the network that ships: its disparity of each photograph, through the library (estimate.cpp), is the label. All members see the
-same batches in the same order, so that the batches explain none of the differences between them. FOLDER keeps the labels, and
-members.json the results, to which a second start adds.
+The teacher is the shipped network: the library (estimate.cpp) computes its disparity of each photograph, which is the label. All members see
+the same batches in the same order, so that batches cause no differences between members. FOLDER stores the labels, and members.json the
+results; a second run appends to it.
 """
 import argparse
 import json
@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 import space
-import data  # the recipe's, as all of the following
+import data  # this constant and the following are those of the recipe
 import labels
 import model
 import prepare
@@ -24,11 +24,11 @@ from estimator import Estimator
 from losses import aligned_error, losses
 
 SIZE, BATCH, RATE, WARM_UP = (64, 96), 4, 3e-3, 10
-REPEATED = 3  # trainings of the shipped member from different weights, which tell how far one training is to be trusted
+REPEATED = 3  # trainings of the shipped member from different initial weights; their spread is the noise of one training
 
 
 def labeled(folder, program, teacher, count):
-    """Photographs with the teacher's disparity, as prepare.write takes them; `count` of the folder's, evenly spread."""
+    """Yields `count` evenly spaced photographs of the folder with the teacher's disparity, in the format of prepare.write."""
     files = sorted(f for f in os.listdir(folder) if f.lower().endswith((".jpg", ".jpeg", ".png")))
     estimator = Estimator(program, teacher)
     for file in files[::max(1, len(files) // count)][:count]:
@@ -44,7 +44,7 @@ def photographs(out, items):
 
 
 def whole(library, entries):
-    """Photographs as they are, in batches: what a member is judged by."""
+    """Yields batches of whole, unaugmented photographs, on which members are evaluated."""
     view = (0, 0, 1, 1)
     for start in range(0, len(entries), BATCH):
         part = entries[start:start + BATCH]
@@ -54,7 +54,7 @@ def whole(library, entries):
 
 @torch.no_grad()
 def error_of(net, batches):
-    """Mean error of disparity after the best scale and shift of each photograph."""
+    """Returns the mean error of disparity after fitting scale and shift per photograph."""
     errors = []
     for color, truth, known in batches:
         wrong = (aligned_error(net(color), truth, known).abs() * known).sum((1, 2, 3)) / known.sum((1, 2, 3)).clamp(min=1)
@@ -63,12 +63,12 @@ def error_of(net, batches):
 
 
 def trained(member, batches, seed):
-    """(a member after one step per batch, its last loss)"""
+    """Trains a member with one step per batch. Returns (network, last loss)."""
     torch.manual_seed(seed)
     net = model.Student(space.built(member).operators).to(memory_format=torch.channels_last)
     for layer in net.modules():
         if isinstance(layer, torch.nn.BatchNorm2d):
-            layer.momentum = 0.05  # few steps: its statistics must follow sooner than in the recipe
+            layer.momentum = 0.05  # with few steps, the running statistics must adapt faster than in the recipe
     optimizer = torch.optim.AdamW(net.parameters(), RATE, betas=(0.9, 0.99), weight_decay=0.02)
     for step, (colors, truths) in enumerate(batches):
         share = min(1.0, (step + 1) / WARM_UP) * 0.5 * (1 + np.cos(np.pi * step / len(batches)))
@@ -83,7 +83,7 @@ def trained(member, batches, seed):
 
 
 def sampled(count):
-    """Members to train: the shipped one, and random ones, evenly spread over the number of multiplications."""
+    """Returns the members to train: the shipped one and `count` random ones, evenly spaced by number of multiplications."""
     rng = np.random.default_rng(1)
     drawn = sorted((space.random_member(rng) for _ in range(20 * count)), key=lambda m: model.costs(ops=space.built(m).operators)[1])
     chosen = drawn[10::20]
@@ -96,11 +96,11 @@ def main():
     for name in ("photos", "estimate", "teacher", "out"):
         p.add_argument("--" + name, required=True)
     p.add_argument("--results", help="default: members.json in --out")
-    p.add_argument("--depth", action="append", default=[], help="photographs with measured depth, to compare both errors; not trained on")
-    p.add_argument("--count", type=int, default=480, help="photographs, of which every 8th is held out")
+    p.add_argument("--depth", action="append", default=[], help="photographs with measured depth, for a second error; not used in training")
+    p.add_argument("--count", type=int, default=480, help="number of photographs; every 8th is held out")
     p.add_argument("--members", type=int, default=20)
     p.add_argument("--steps", type=int, default=150)
-    p.add_argument("--also", help="JSON of search.py, whose found members are trained as well")
+    p.add_argument("--also", help="result.json of search.py: also trains the members found there")
     p.add_argument("--threads", type=int, default=1)
     a = p.parse_args()
     torch.set_num_threads(a.threads)

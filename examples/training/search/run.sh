@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Searches for a depth network: measures the latency table, trains small members, fits the predictor, searches, trains what was found as
-# briefly, and checks the paper's own network against its published results. Steps whose data is missing are skipped with the reason.
+# Searches for a depth network: measures the latency table, trains members briefly, fits the predictor, searches, trains the networks found
+# as briefly, and checks the paper's own network against its published results. Skips steps with missing data and prints the reason.
 #
 #   search/run.sh [--quick] [OPTION_OF_members.py...]     --quick: a smoke test, results in build/search_quick
 #
-# Full results (latency.json, members.json, result.json, pareto.png) go to this folder. A second start adds members to members.json. Other
+# Full results (latency.json, members.json, result.json, pareto.png) go to this folder. A second start adds members to members.json. Further
 # data: SHARED (default: ../shared beside the repository) with photos/train, rgbd_train, rgbd_train_more and tiefenrausch.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

@@ -1,4 +1,4 @@
-"""Searches the design space for networks that are good for their latency. See README.md.
+"""Searches the design space for accurate networks within latency limits. See README.md.
 
     python3 search.py --latency PROGRAM --members members.json --out FOLDER [--measure]
 
@@ -14,7 +14,7 @@ import numpy as np
 import space
 import model
 
-LIMITS = (0.6, 0.7, 0.8, 0.9, 1.0, 1.25)  # of the shipped network's latency
+LIMITS = (0.6, 0.7, 0.8, 0.9, 1.0, 1.25)  # latency limits, relative to the shipped network
 RIDGES = (0.1, 0.3, 1, 3, 10, 30)
 
 
@@ -28,13 +28,13 @@ def description(blocks):
 
 
 def measured(program, networks, rounds):
-    """{"isa": name, "milliseconds": {name: time}} of {name: Blocks}"""
+    """Runs latency.cpp on {name: Blocks}. Returns {"isa": name, "milliseconds": {name: time}}."""
     text = json.dumps({name: description(blocks) for name, blocks in networks.items()})
     return json.loads(subprocess.run([program, str(rounds)], input=text, capture_output=True, text=True, check=True).stdout)
 
 
 def measure_table(program, path, members, rounds):
-    """The table of all blocks, and whole networks beside the sums of their blocks, measured in the same rounds."""
+    """Measures the table of all blocks and, in the same rounds, whole networks for comparison with the sums of their blocks."""
     networks = {name_of(s): space.alone(s) for s in space.all_signatures()}
     networks.update({f"whole {i}": space.built(m) for i, m in enumerate(members)})
     found = measured(program, networks, rounds)
@@ -51,7 +51,7 @@ def latency(table, member):
 
 
 def features(member):
-    """What the predictor sees: sizes in logarithms, shares, depths and widths."""
+    """Returns the predictor's features: logarithms of sizes, shares, depths and widths."""
     blocks = space.built(member)
     g = dict(zip(space.NAMES, member))
     parameters, products = model.costs(ops=blocks.operators)
@@ -68,12 +68,12 @@ def features(member):
 
 
 def error_of(result):
-    """Mean error of a training over both kinds of pictures; those with measured depth may be missing."""
+    """Returns a training's mean error over both kinds of pictures; those with measured depth may be missing."""
     return result["error"] if result["measured_error"] is None else (result["error"] + result["measured_error"]) / 2
 
 
 class Ridge:
-    """A linear model of standardized features; its leave-one-out predictions have a closed form."""
+    """Ridge regression on standardized features, with leave-one-out predictions in closed form."""
 
     def __init__(self, x, y, ridge):
         self.mean, self.scale = x.mean(0), x.std(0) + 1e-9
@@ -98,11 +98,11 @@ def correlations(a, b):
 
 
 def fitted(results):
-    """(the predictor of the error, how good it is, {member: prediction without it})"""
+    """Returns (error predictor, its quality, {member: leave-one-out prediction})."""
     used = [r for r in results if r["role"] == "sample"]
     x, y = np.array([features(tuple(r["member"])) for r in used]), np.array([error_of(r) for r in used])
     best = min((Ridge(x, y, ridge) for ridge in RIDGES), key=lambda r: np.mean((r.left_out - y) ** 2))
-    by_size = Ridge(x[:, :1], y, 0.1)  # multiplications alone: what any other feature has to beat
+    by_size = Ridge(x[:, :1], y, 0.1)  # baseline: multiplications alone
     again = [error_of(r) for r in results if tuple(r["member"]) == space.SHIPPED]
     quality = {
         "members": len(used), "steps": used[0]["steps"], "error_mean": round(float(y.mean()), 5), "error_std": round(float(y.std()), 5),
@@ -116,8 +116,8 @@ def fitted(results):
 
 
 def evolved(rng, table, predictor, limit, generations, population=48):
-    """The member with the least predicted error within a latency, by mutation and crossover of the better half. Starts with mutations of
-    the shipped member, which respects any limit from its latency on."""
+    """Returns the member with the minimum predicted error within a latency limit, found by mutation and crossover of the better half. Starts
+    from mutations of the shipped member."""
     known = {}
 
     def judge(members):
@@ -152,7 +152,7 @@ def draw(path, table, results, front, predictor, quality):
             left.plot(*zip(*points), style, markersize=9 if role == "found" else 4, label=label)
     left.plot([f["latency"] for f in front], [f["predicted_error"] for f in front], "r.-", label="found networks, predicted")
     shipped = [error_of(r) for r in results if tuple(r["member"]) == space.SHIPPED]
-    left.plot([latency(table, space.SHIPPED)] * len(shipped), shipped, "bs", markersize=6, label="network that ships, trained as briefly")
+    left.plot([latency(table, space.SHIPPED)] * len(shipped), shipped, "bs", markersize=6, label="shipped network, same brief training")
     left.set_xlabel("milliseconds on one core (table)")
     left.set_ylabel("error")
     left.legend(fontsize=8)
@@ -172,7 +172,7 @@ def main():
         p.add_argument("--" + name, required=True)
     p.add_argument("--rounds", type=int, default=5)
     p.add_argument("--generations", type=int, default=60)
-    p.add_argument("--measure", action="store_true", help="measure the table even if there is one")
+    p.add_argument("--measure", action="store_true", help="measure the table again, even if latency.json exists")
     a = p.parse_args()
     os.makedirs(a.out, exist_ok=True)
     path = os.path.join(a.out, "latency.json")

@@ -1,7 +1,7 @@
-"""The design space: networks of the paper's TR blocks and of dense blocks, around the network that ships (tiefenrausch_small/model.py).
+"""The design space: networks built from the paper's TR blocks and dense blocks, around the shipped network (tiefenrausch_small/model.py).
 
-A member is a tuple of choices, one per gene. Its blocks have signatures (kind, inputs, outputs, expansion, stride, height, width), by which
-latency.py finds their time in a table.
+A member is one network of the space: a tuple of choices, one per gene. A block's signature (kind, inputs, outputs, expansion, stride, height,
+width) is its key in the latency table.
 """
 import functools
 import os
@@ -10,14 +10,14 @@ import sys
 sys.path[:0] = [os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tiefenrausch_small")]
 from model import Addition, Builder, Convolution  # noqa: E402
 
-HEIGHT, WIDTH = 288, 384  # input of the network, whose latency counts
-LEVELS = 6  # resolutions from full to 1/32
+HEIGHT, WIDTH = 288, 384  # network input for which latency is measured
+LEVELS = 6  # levels of resolution, from full to 1/32
 
-# Way down, one stage per entry: channels, stride. Each also chooses expansion, blocks, and the kernel of the convolution that expands: 1
+# Encoder, one stage per entry: channels, stride. Each stage also chooses expansion, blocks, and the kernel of the expanding convolution: 1
 # is the paper's TR block (1 x 1, depthwise 3 x 3, 1 x 1); 3 is the fused one (dense 3 x 3, 1 x 1). The library's depthwise kernel is 3 x 3.
 DOWN = (((16, 24, 32), 2), ((24, 32, 48), 2), ((32, 64, 96), 2), ((64, 96, 128), 1), ((96, 160, 192), 2))
 EXPANSIONS, BLOCKS_DOWN, KERNELS = (2, 4, 6), (1, 2, 3, 4), (1, 3)
-# Way up, per level 1 to 5: channels; and which blocks refine them, how many.
+# Decoder, per level 1 to 5: channels, and kind and number of the refining blocks.
 UP = ((16, 24, 32), (32, 48, 64), (48, 64, 96), (64, 96, 128), (96, 128, 160))
 REFINE, BLOCKS_UP = ("dense", "tr2", "tr4"), (0, 1, 2)
 STEM, FIRST, FULL = (16, 24, 32), (8, 16), (8, 16)
@@ -30,7 +30,7 @@ for _i, _channels in enumerate(UP):
     GENES.update({f"up{_i + 1}.channels": _channels, f"up{_i + 1}.refine": REFINE, f"up{_i + 1}.blocks": BLOCKS_UP})
 NAMES = tuple(GENES)
 
-# The network that ships.
+# The shipped network.
 SHIPPED = (32, 16, 24, 6, 2, 1, 32, 6, 3, 1, 64, 6, 4, 1, 96, 6, 3, 1, 160, 6, 3, 1, 8, 24, "dense", 1, 48, "dense", 1, 64, "dense", 1,
            96, "dense", 1, 128, "dense", 2)
 
@@ -48,7 +48,7 @@ def random_member(rng):
 
 
 def mutated(rng, member, count=2):
-    """The member with `count` random genes drawn anew."""
+    """Returns a copy of the member with `count` genes redrawn at random."""
     genes = list(member)
     for i in rng.choice(len(genes), count, replace=False):
         choices = GENES[NAMES[i]]
@@ -68,7 +68,7 @@ class Blocks(Builder):
         self.channels["photo"], self.sizes, self.signatures = channels, {"photo": (height, width)}, []
 
     def block(self, name, x, kind, outputs, expansion=1, stride=1, relu=False):
-        """Appends a block and returns the tensor that it makes."""
+        """Appends a block and returns its output tensor."""
         height, width = self.sizes[x]
         self.signatures.append((kind, self.channels[x], outputs, expansion, stride, height, width))
         if kind == "tr":
@@ -90,9 +90,9 @@ class Blocks(Builder):
         return y
 
 
-@functools.lru_cache(1)  # successive callers ask for the same one
+@functools.lru_cache(1)  # successive calls have the same argument
 def built(member):
-    """The member's Blocks; its operators are a network for model.Student."""
+    """Returns the member's Blocks; model.Student accepts its operators."""
     g, b = dict(zip(NAMES, member)), Blocks()
     full = b.block("full", "photo", "conv3", g["up0.channels"], relu=True)
     x, levels = b.block("stem", "photo", "conv3", g["stem"], stride=2, relu=True), [full]
@@ -120,7 +120,7 @@ def built(member):
 
 
 def alone(signature):
-    """The block of a signature as a network of its own."""
+    """Returns the block of a signature as a complete network."""
     kind, inputs, outputs, expansion, stride, height, width = signature
     b = Blocks(inputs, height, width)
     b.block("block", "photo", kind, outputs, expansion, stride)
@@ -128,8 +128,8 @@ def alone(signature):
 
 
 def all_signatures():
-    """Signatures of every block that a member can have. A block depends on a few genes only, so all pairs of choices of genes that meet in a
-    block are enumerated by building members that vary these genes alone."""
+    """Returns the signatures of all blocks in the space. A block depends on few genes, so this varies only the genes of one block at a time, in
+    all combinations."""
     found = {}
 
     def add(**changes):
@@ -156,7 +156,7 @@ def all_signatures():
 
 
 def rows_of(blocks):
-    """Operators as latency.cpp reads them: kind, first input, second input, kernel, stride or factor, outputs."""
+    """Formats operators for latency.cpp: kind, first input, second input, kernel, stride or factor, outputs."""
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(blocks.operators)}}
     rows = []
     for op in blocks.operators:

@@ -1,15 +1,15 @@
-"""The band beside sharp steps of disparity, and the network's inputs there. Training, evaluation and the library share this definition;
-README.md describes it."""
+"""The band beside sharp steps of disparity, and the network's inputs in the band. Training, evaluation and the library share this definition,
+which README.md describes."""
 import subprocess
 
 import cv2
 import numpy as np
 
-MAX_STEP = 0.02      # neighbors farther apart than this lie on different surfaces
-MIN_STEP = 0.06      # between front and back, for a band
-SIDES_RADIUS = 4     # front and back of a curve are the extremes within this distance, in pixels
-BAND_RADIUS = 12     # distance from a curve up to which alpha is defined, in pixels
-REGION_RADIUS = 16   # distance up to which the network computes
+MAX_STEP = 0.02      # maximum step of disparity between neighbors on one surface
+MIN_STEP = 0.06      # minimum step between front and back for a band
+SIDES_RADIUS = 4     # front and back are the extremes within this distance of a curve, in pixels
+BAND_RADIUS = 12     # maximum distance from a curve at which alpha is defined, in pixels
+REGION_RADIUS = 16   # maximum distance at which the network computes
 CHANNELS = 8
 
 
@@ -28,12 +28,12 @@ class Depth:
         size = np.dtype(dtype).itemsize * int(np.prod(shape))
         data = self.process.stdout.read(size)
         if len(data) != size:
-            raise SystemExit("the program that prepares depth ended")
+            raise SystemExit("depth.cpp ended unexpectedly")
         return np.frombuffer(data, dtype).reshape(shape)
 
     def __call__(self, photo, given=None):
-        """photo H x W x 3 uint8, red first; given: a disparity map, or none to have one estimated -> (map as it came, resampled, after the
-        median, after alignment), the last three H x W"""
+        """photo H x W x 3 uint8, red first; given: a disparity map, or None to estimate one -> (original map, resampled, after the median,
+        after alignment), the last three H x W"""
         height, width = photo.shape[:2]
         rows, columns = (0, 0) if given is None else given.shape
         message = np.array([height, width, rows, columns], "<i4").tobytes() + np.ascontiguousarray(photo).tobytes()
@@ -46,7 +46,7 @@ class Depth:
 
 
 class Band:
-    """Where silhouettes are to be decided, for one photo.
+    """The pixels of a photo beside silhouettes, which the network assigns to a side.
 
     distance   H x W, pixels to the nearest curve, 0 on it
     front, back  H x W, disparity of the two sides of the nearest curve
@@ -77,12 +77,12 @@ class Band:
         self.band, self.region = self.distance <= BAND_RADIUS, self.distance <= REGION_RADIUS
 
     def share(self, disparity):
-        """0 at the back, 1 at the front, not clamped."""
+        """Returns a map's position between back (0) and front (1), not clamped."""
         return (disparity - self.back) / np.maximum(self.front - self.back, MIN_STEP)
 
     def features(self, photo, estimated):
-        """CHANNELS x H x W in [-1, 1], 0 outside the region: red, green, blue; share of the front by the estimate and by the prepared map;
-        the step's height; signed distance to the curve, positive in front; pixels per sample of the estimate."""
+        """Returns CHANNELS x H x W in [-1, 1], 0 outside the region: red, green, blue; share of the front by the estimate and by the prepared
+        map; the step's height; signed distance to the curve, positive in front; pixels per sample of the estimate."""
         height, width = self.prepared.shape
         smooth = cv2.resize(estimated, (width, height), interpolation=cv2.INTER_LINEAR)
         x = np.empty((CHANNELS, height, width), np.float32)
@@ -97,5 +97,5 @@ class Band:
 
 
 def quantized(x):
-    """[-1, 1] to 8 bits; 0 is 128."""
+    """Converts [-1, 1] to 8 bits; 0 is 128."""
     return np.clip(np.rint(x * 127) + 128, 0, 255).astype(np.uint8)

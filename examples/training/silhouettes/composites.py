@@ -1,12 +1,12 @@
-"""Photographs with known silhouettes: shapes and objects cut out of photographs, pasted over others with exact alpha, with true disparity
-of two or three sheets; and that disparity spoiled as depth networks do."""
+"""Composites with known silhouettes: shapes and objects from photographs, pasted over other photographs with exact alpha and the true
+disparity of two or three sheets; and this disparity with the typical errors of depth networks."""
 import math
 import os
 
 import cv2
 import numpy as np
 
-SUPER = 4  # factor of resolution at which shapes are drawn
+SUPER = 4  # supersampling factor of shapes
 CUTOUT_SHARE = 0.45
 HELD_OUT = 24
 KINDS = ("polygon", "ellipse", "blob", "hair", "leaves", "bars", "fence", "letters", "branches")
@@ -14,14 +14,14 @@ FINE = ("hair", "leaves", "fence", "letters", "branches")
 
 
 def noise(rng, size, scale):
-    """Smooth noise of about unit variance; `scale` in pixels."""
+    """Returns smooth noise of about unit variance; `scale` in pixels."""
     h, w = size
     small = rng.standard_normal((max(2, int(h / scale) + 2), max(2, int(w / scale) + 2))).astype(np.float32)
     return cv2.resize(small, (w, h), interpolation=cv2.INTER_CUBIC)
 
 
 def strokes(rng, mask, roots, directions, length, thick):
-    """Curved strokes that start at `roots`, tapering."""
+    """Draws curved, tapering strokes that start at `roots`."""
     for root, angle in zip(roots, directions):
         t = np.linspace(0, 1, 9)[:, None]
         along, aside = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
@@ -34,7 +34,7 @@ def strokes(rng, mask, roots, directions, length, thick):
 
 
 def shape(rng, size):
-    """(mask at SUPER times the size, kind)"""
+    """Returns (mask at SUPER times the size, kind)."""
     h, w = (s * SUPER for s in size)
     n, m = min(h, w), np.zeros((h, w), np.uint8)
     kind = str(rng.choice(KINDS))
@@ -106,7 +106,7 @@ class Composites:
     """Makes composites from a folder's photographs and masks of objects in them."""
 
     def __init__(self, photos, masks, seed, part=None):
-        """part: "train" leaves one photograph in HELD_OUT out, "held out" takes only these"""
+        """part: "held out" uses one in HELD_OUT photographs, "train" all others"""
         self.rng = np.random.default_rng(seed)
         names = sorted(os.listdir(photos))
         if part is not None:
@@ -120,7 +120,7 @@ class Composites:
         self.cutouts = [n for n in found if n in self.index]
 
     def texture(self, size, which=None):
-        """(a crop of a photograph, scaled, sometimes mirrored; which one)"""
+        """Returns (a scaled, sometimes mirrored crop of a photograph, the photograph's index)."""
         rng, (h, w) = self.rng, size
         i = int(rng.integers(len(self.photos))) if which is None else which
         p = self.photos[i]
@@ -131,11 +131,11 @@ class Composites:
         return (t[:, ::-1] if rng.random() < 0.5 else t).astype(np.float32), i
 
     def cutout(self, size):
-        """(colors, mask at SUPER times the size), or none where it lies outside"""
+        """Returns (colors, mask at SUPER times the size), or None if the object lies outside."""
         rng, (h, w) = self.rng, size
         name = self.cutouts[int(rng.integers(len(self.cutouts)))]
         p, mask = self.photos[self.index[name]], cv2.imread(os.path.join(self.masks_folder, name + ".png"), cv2.IMREAD_GRAYSCALE)
-        mask = cv2.erode(mask, np.ones((5, 5), np.uint8))  # away from the old background
+        mask = cv2.erode(mask, np.ones((5, 5), np.uint8))  # shrinks the mask away from the old background
         ys, xs = np.nonzero(mask > 128)
         if len(ys) < 400:
             return None
@@ -150,7 +150,7 @@ class Composites:
         return colors, (big > 128).astype(np.uint8) * 255
 
     def front(self, size, back_index):
-        """(colors, alpha, kind) of something to paste"""
+        """Returns (colors, alpha, kind) of an object to paste."""
         rng = self.rng
         while True:
             cut, same = None, rng.random() < 0.2
@@ -166,7 +166,7 @@ class Composites:
                 return colors, alpha, kind
 
     def composite(self, size):
-        """-> photo uint8, weights of the sheets (S x H x W, farthest first, sum 1), kind of the nearest sheets, joined by +"""
+        """Returns (photo uint8, weights of the sheets (S x H x W, farthest first, sum 1), kinds of the pasted sheets joined by +)."""
         rng = self.rng
         image, index = self.texture(size)
         if rng.random() < 0.3:
@@ -185,7 +185,7 @@ class Composites:
                 colors = colors * g
                 if rng.random() < 0.6:
                     image = image * g * rng.uniform(0.8, 1.1)
-            if rng.random() < 0.15:  # light from behind: a rim, or a soft shadow on what is behind
+            if rng.random() < 0.15:  # soft shadow on the surface behind
                 image = image * (1 - 0.6 * rng.random() * cv2.GaussianBlur(alpha, (0, 0), rng.uniform(3, 12)))[..., None]
             image = np.clip(colors, 0, 255) * alpha[..., None] + np.clip(image, 0, 255) * (1 - alpha[..., None])
             sheets = [s * (1 - alpha) for s in sheets] + [alpha]
@@ -199,10 +199,10 @@ class Composites:
         return image, np.stack(sheets), "+".join(kinds)
 
     def disparity(self, weights, min_step=0.12, fading=0.0):
-        """True disparity of the sheets, opaque: each a gentle slope, sometimes with a smaller step of its own.
+        """Returns the true disparity of the opaque sheets: each is a gentle slope, sometimes with a smaller step inside.
 
-        min_step  between neighboring sheets
-        fading    how many of the sheets, as a share, come down to the one behind them along one direction, as what stands on the ground does
+        min_step  minimum step between neighboring sheets
+        fading    share of the sheets that meet the sheet behind them along one direction, like objects on the ground
         """
         rng, size = self.rng, weights.shape[1:]
         y, x = np.mgrid[-0.5:0.5:size[0] * 1j, -0.5:0.5:size[1] * 1j].astype(np.float32)
@@ -227,7 +227,7 @@ class Composites:
         return np.clip(true, 0, 1).astype(np.float32)
 
     def spoiled(self, true, level, least=1.15):
-        """A disparity map of fewer samples with the errors of a network; level: strength from 0 to 1."""
+        """Returns a disparity map with fewer samples and a network's typical errors; level: strength from 0 to 1."""
         rng, (h, w) = self.rng, true.shape
         d = true
         if rng.random() < 0.4:  # networks miss thin objects and fill thin holes
@@ -245,25 +245,25 @@ class Composites:
         def patches():
             return np.clip(2 * noise(rng, size[::-1], 15) - 0.5, 0, 1)
 
-        if level > 0.1 and rng.random() < 0.25:  # blurred wide
+        if level > 0.1 and rng.random() < 0.25:  # wide blur
             t = patches()
             d = d * (1 - t) + t * cv2.GaussianBlur(d, (0, 0), rng.uniform(2, 6))
-        if level > 0.1 and rng.random() < 0.25:  # gaps half filled
+        if level > 0.1 and rng.random() < 0.25:  # half-filled gaps
             t = patches() * rng.uniform(0.2, 0.7)
             k = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (int(rng.integers(2, 6)) * 2 + 1,) * 2)
             d = d * (1 - t) + t * cv2.GaussianBlur(cv2.dilate(d, k), (0, 0), 1.5)
         return (np.round(np.clip(d, 0, 1) * 255) / 255).astype(np.float32)
 
 
-OUTSIDE, CONTEXT, LABELLED, NO_STEP = 0, 1, 2, 3  # of a pixel: not in the region; no label; alpha known; no true step at this curve
+OUTSIDE, CONTEXT, LABELLED, NO_STEP = 0, 1, 2, 3  # states of a pixel: not in the region; no label; alpha known; no true step at this curve
 
 
 def labels(band, weights, all_steps_known, radius=10, min_excess=0.15):
-    """(alpha H x W, state H x W): which share of each pixel belongs to the front of its nearest curve.
+    """Returns (alpha H x W, state H x W): each pixel's share of the surface in front of its nearest curve.
 
-    The two sheets of a curve are those that its two sides hold more of than the other side does. What is nearer than the front's sheet
-    is front, what is farther than the back's is back, and what lies between has no label.
-    all_steps_known  there are no steps in the disparity but those between sheets
+    A curve's front and back sheets are those with a larger share on that side than on the other. Sheets nearer than the front sheet count as
+    front, sheets farther than the back sheet as back; pixels of sheets between them have no label.
+    all_steps_known  whether the disparity has steps only between sheets
     """
     state = np.where(band.region, CONTEXT, OUTSIDE).astype(np.uint8)
     alpha = np.zeros(state.shape, np.float32)

@@ -2,8 +2,8 @@
 
     python3 cutouts.py --photos PHOTOS --masks MASKS --out FOLDER
 
-MASKS is a folder with masks.py, u2netp.param and u2netp.bin (U2Netp, Apache-2.0). Writes NAME.png, 8 bits, for every photograph of which
-the network is sure. A second start skips what is there already.
+MASKS is a folder with masks.py, u2netp.param and u2netp.bin (U2Netp, Apache-2.0). Writes NAME.png, 8 bits, for every photograph with a
+confident mask. A second run skips existing files.
 """
 import argparse
 import glob
@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 import torch
 
-SIDE = 320  # that U2Netp sees
-MIN_SHARE, MAX_SHARE, MAX_DOUBT = 0.04, 0.8, 0.2  # of the photograph covered; of the mask neither 0 nor 1
+SIDE = 320  # input size of U2Netp
+MIN_SHARE, MAX_SHARE, MAX_DOUBT = 0.04, 0.8, 0.2  # range of the covered share of the photograph; maximum share of the mask that is neither 0 nor 1
 MEAN, SPREAD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 
 

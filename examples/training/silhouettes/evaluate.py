@@ -3,8 +3,8 @@
     python3 evaluate.py --weights CHECKPOINT_OR_SAFETENSORS --depth PROGRAM --student STUDENT.safetensors
         [--photos PHOTOS --cutouts FOLDER] [--pairs RGBD] [--count 60] [--sheets FOLDER]
 
-Composites of photographs that were not used in training, with disparity spoiled mildly, in between and strongly, and with what the depth network
-sees; and photographs with true depth. Only pixels of the band count whose truth is known.
+Evaluates composites of photographs that were not used in training, with mildly, moderately and strongly degraded disparity and with the depth
+network's estimate; and photographs with true depth. Counts only pixels of the band with known truth.
 """
 import argparse
 import json
@@ -21,13 +21,13 @@ from model import padded
 
 LEVELS = (("mild", 0.0, 0.33), ("medium", 0.33, 0.66), ("strong", 0.66, 1.0), ("depth network", None, None))
 SIZE = (384, 512)
-MIN_PIXELS = 200, 500  # of a composite, of a photograph
+MIN_PIXELS = 200, 500  # minimum number of counted pixels in a composite, in a photograph
 MIN_ISLAND = 24
 
 
 @torch.no_grad()
 def alpha_of(net, observe, band, photo, estimated):
-    """(share of the front, probability that its side is right), each H x W"""
+    """Returns (share of the front, probability that its side is right), each H x W."""
     x = (torch.from_numpy(bands.quantized(band.features(photo, estimated))[None]).float() - 128) / 127
     region = torch.from_numpy(band.region[None, None].astype(np.float32))
     height, width = band.region.shape
@@ -47,7 +47,7 @@ def without_islands(alpha, wanted):
 
 
 def grabcut(share, photo, radius=8):
-    """OpenCV's, unsure within `radius` of where the share is a half."""
+    """Runs OpenCV's GrabCut, with unknown pixels within `radius` of share 1/2."""
     front, k = (share > 0.5).astype(np.uint8), bands.disk(radius)
     sure_front, sure_back = cv2.erode(front, k) > 0, cv2.dilate(front, k) == 0
     if sure_front.sum() < 20 or sure_back.sum() < 20:
@@ -59,7 +59,7 @@ def grabcut(share, photo, radius=8):
 
 
 def methods(net, observe, photo, estimated, prepared, cleaned, slow=True):
-    """(band, {name: share of the front})"""
+    """Returns (band, {name: share of the front})."""
     band = bands.Band(prepared)
     smooth = band.share(cv2.resize(estimated, prepared.shape[::-1], interpolation=cv2.INTER_LINEAR))
     alpha, doubt = alpha_of(net, observe, band, photo, estimated)
@@ -75,7 +75,7 @@ def methods(net, observe, photo, estimated, prepared, cleaned, slow=True):
 
 
 def errors(p, alpha, mask):
-    """(wrong side, mean error, mean error of gradients)"""
+    """Returns (share on the wrong side, mean error, mean error of gradients)."""
     def gradient(t):
         return np.stack([np.diff(t, axis=1, append=t[:, -1:]), np.diff(t, axis=0, append=t[-1:])])
     return ((p > 0.5) != (alpha > 0.5))[mask].mean(), np.abs(p - alpha)[mask].mean(), np.abs(gradient(p) - gradient(alpha)).sum(0)[mask].mean()
@@ -113,7 +113,7 @@ def of_composites(a, net, observe, depth):
 
 
 def true_sides(entry, folder, size):
-    """(is front H x W, where that is known) of a photograph with true depth: beside sharp steps, well on one side of them."""
+    """Returns (is front H x W, mask of known pixels) of a photograph with true depth: pixels beside sharp steps, clearly on one side."""
     def k(r):
         return np.ones((2 * r + 1, 2 * r + 1), np.uint8)
     g = cv2.imread(os.path.join(folder, entry["map"]), cv2.IMREAD_UNCHANGED).astype(np.float32)
@@ -134,7 +134,7 @@ def true_sides(entry, folder, size):
 
 
 def agrees(share, true):
-    """Pixels where the estimate has the same step as the truth: the correlation in windows of 25 pixels is above 0.6."""
+    """Finds pixels where estimate and truth have the same step: their correlation in windows of 25 pixels is above 0.6."""
     def mean(t):
         return cv2.blur(t, (25, 25))
     spread = (mean(share * share) - mean(share) ** 2) * (mean(true * true) - mean(true) ** 2)
@@ -180,7 +180,7 @@ def add(lists, values):
 
 
 def windows(disparity, radius=20, least=0.06):
-    """(band, share of the front) of an earlier prototype, whose figures are known: steps from `least` on within square windows, sharp or not."""
+    """Returns (band, share of the front) of an earlier prototype with known figures: steps of at least `least` in square windows, sharp or not."""
     def box(change, r):
         return change(disparity, np.ones((2 * r + 1, 2 * r + 1), np.uint8), borderType=cv2.BORDER_REPLICATE)
     low, high = (cv2.blur(box(change, radius), (radius + 1, radius + 1), borderType=cv2.BORDER_REPLICATE) for change in (cv2.erode, cv2.dilate))
@@ -189,7 +189,7 @@ def windows(disparity, radius=20, least=0.06):
 
 
 def sheet(path, photo, prepared, alpha, truth, mask):
-    """Photo, prepared disparity, the network's share and the true one."""
+    """Draws photo, prepared disparity, the network's share and the true share."""
     def gray(t):
         return cv2.cvtColor(np.uint8(255 * np.clip(t, 0, 1)), cv2.COLOR_GRAY2BGR)
     os.makedirs(os.path.dirname(path), exist_ok=True)
@@ -202,10 +202,10 @@ def main():
     p.add_argument("--weights", required=True)
     p.add_argument("--depth", required=True, help="the compiled depth.cpp")
     p.add_argument("--student", required=True, help="the depth network's weights")
-    p.add_argument("--photos", help="photographs that training never saw")
-    p.add_argument("--cutouts", help="folder that cutouts.py wrote for them")
+    p.add_argument("--photos", help="photographs that training did not use")
+    p.add_argument("--cutouts", help="output of cutouts.py for these photographs")
     p.add_argument("--pairs", help="photographs with true depth, with manifest.json")
-    p.add_argument("--pairs-named", default="mb_,hci_,slambook_ch12_", help="those whose depth is dense and sharp")
+    p.add_argument("--pairs-named", default="mb_,hci_,slambook_ch12_", help="names of photographs with dense, sharp depth")
     p.add_argument("--count", type=int, default=60, help="composites per kind of degradation")
     p.add_argument("--sheets", help="folder for pictures")
     a = p.parse_args()

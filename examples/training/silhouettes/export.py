@@ -3,8 +3,8 @@
     python3 export.py --checkpoint FOLDER/final.pt --photos PHOTOS --out silhouettes.safetensors [--data DATA] [--example FILE]
 
 The file holds the convolutions of model.LAYERS, NAME.weight (out x in x 3 x 3) and NAME.bias, as float16, normalization folded in, and for
-8-bit arithmetic input.range and NAME.range of every tensor that a layer reads. A checkpoint that was trained with rounded values brings its
-ranges along; for others DATA, a folder of prepare.py, gives them. Weights are not rounded: the library does that, and training can go on.
+8-bit arithmetic input.range and NAME.range of every tensor that a layer reads. A checkpoint trained with rounded values contains its ranges;
+others need DATA, a folder of prepare.py. Weights are not rounded: the library rounds them, and training can resume from the file.
 """
 import argparse
 import hashlib
@@ -44,7 +44,7 @@ def provenance(folder, state, note):
 
 
 def example_scene():
-    """(photo, estimate, prepared disparity) of a made-up scene of odd size: a tilted foreground with a hole and a second one, smooth colors."""
+    """Returns (photo, estimate, prepared disparity) of a synthetic scene of odd size: a tilted foreground with a hole, a second foreground, smooth colors."""
     height, width = 93, 107
     y, x = np.mgrid[0:height, 0:width].astype(np.float32)
     first = ((x - 42) ** 2 + (y - 48) ** 2 < 30 ** 2) & ((x - 38) ** 2 + (y - 42) ** 2 > 8 ** 2)
@@ -79,9 +79,9 @@ def write_example(path, weights):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--checkpoint", required=True)
-    p.add_argument("--photos", required=True, help="the folder that the weights were trained on, for the provenance")
+    p.add_argument("--photos", required=True, help="folder of training photographs, for the provenance")
     p.add_argument("--out", required=True)
-    p.add_argument("--data", help="folder of prepare.py, for ranges where the checkpoint has none")
+    p.add_argument("--data", help="folder of prepare.py, for ranges if the checkpoint has none")
     p.add_argument("--note", default="", help="text for the provenance, such as licenses")
     p.add_argument("--example", help="also write a small input and its output as safetensors, for tests of readers")
     a = p.parse_args()

@@ -5,10 +5,10 @@ from torch import nn
 
 from band import CHANNELS
 
-WIDTH, FINE = 32, 16  # channels: at half resolution and below; at full resolution
-PRIOR = 6.0           # how far the logit of alpha leans towards the prepared disparity's side
+WIDTH, FINE = 32, 16  # channels at half resolution and below; at full resolution
+PRIOR = 6.0           # factor of the offset of alpha's logit toward the prepared disparity's side
 
-# name, what it reads (the first coarser than the result: upsampled), inputs, outputs, level of the result, stride
+# name, source tensors (the first is upsampled if it is coarser than the result), inputs, outputs, level of the result, stride
 LAYERS = (
     ("fine", ("input",), CHANNELS, FINE, 0, 1),
     ("half.down", ("fine",), FINE, WIDTH, 1, 2),
@@ -25,7 +25,7 @@ LAYERS = (
 
 
 class Rectified(torch.autograd.Function):
-    """ReLU inside the region, zero outside; with half of the passes over memory that two operations take."""
+    """ReLU inside the region, zero outside; half the memory traffic of two operations."""
 
     @staticmethod
     def forward(ctx, x, region):
@@ -39,7 +39,7 @@ class Rectified(torch.autograd.Function):
 
 
 class Layer(nn.Module):
-    """A 3 x 3 convolution; all but the last with batch normalization and ReLU. What is outside the region is zero."""
+    """A 3 x 3 convolution; all but the last with batch normalization and ReLU. Values outside the region are zero."""
 
     def __init__(self, name, inputs, outputs, stride):
         super().__init__()
@@ -52,14 +52,14 @@ class Layer(nn.Module):
             nn.init.zeros_(self.weight)
 
     def folded(self):
-        """(weight, bias) with the normalization in them"""
+        """Returns (weight, bias) with folded normalization."""
         if self.norm is None:
             return self.weight, self.bias
         scale = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
         return self.weight * scale[:, None, None, None], self.norm.bias - self.norm.running_mean * scale
 
     def fold(self):
-        """Drops the normalization, which goes into the weights."""
+        """Folds the normalization into the weights."""
         weight, bias = self.folded()
         self.weight, self.bias, self.norm = nn.Parameter(weight.detach()), nn.Parameter(bias.detach()), None
 
@@ -80,8 +80,9 @@ class Silhouettes(nn.Module):
         self.layers = nn.ModuleList(Layer(name, inputs, outputs, stride) for name, _, inputs, outputs, _, stride in LAYERS)
 
     def forward(self, x, region, observe=lambda name, value: value):
-        """x: N x CHANNELS x H x W, 0 outside the region; region: N x 1 x H x W, 0 or 1 -> logits, N x 2 x H x W: alpha; that alpha's side is
-        right. Level i + 1 of the region is its pixels with even x and y. observe: sees, and may replace, every tensor that a layer reads"""
+        """x: N x CHANNELS x H x W, 0 outside the region; region: N x 1 x H x W, 0 or 1 -> N x 2 x H x W, logits of alpha and of the
+        probability that alpha's side is right. Level i + 1 of the region has its pixels with even x and y. observe: a function that receives,
+        and may replace, every tensor that a layer reads"""
         regions, values = [region], {"input": observe("input", x)}
         for _ in range(3):
             regions.append(regions[-1][:, :, ::2, ::2].contiguous())
@@ -96,11 +97,11 @@ class Silhouettes(nn.Module):
         return torch.cat([logits[:, :1] + prior, logits[:, 1:]], 1)
 
     def cost(self):
-        """(weights, multiplications per pixel of a region without rims)"""
+        """Returns (weights, multiplications per pixel of a region without rims)."""
         weights = sum(layer.weight[0].numel() * layer.weight.shape[0] for layer in self.layers)
         return weights, sum(layer.weight.numel() / 4 ** level for layer, (*_, level, _) in zip(self.layers, LAYERS))
 
 
 def padded(x, multiple=8):
-    """H x W padded with zeros at the end to multiples."""
+    """Pads H x W with zeros at the end to multiples."""
     return F.pad(x, (0, -x.shape[-1] % multiple, 0, -x.shape[-2] % multiple))

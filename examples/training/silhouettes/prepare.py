@@ -1,11 +1,11 @@
-"""Writes crops with labels for train.py. A second run continues.
+"""Writes crops with labels for train.py. Resumes an interrupted run.
 
     python3 prepare.py --photos PHOTOS --cutouts FOLDER --depth PROGRAM --student STUDENT.safetensors --out DATA [--crops 40000]
     python3 prepare.py ... --real --pairs RGBD --pairs RGBD
 
-Every composite gives crops twice: with true disparity spoiled, and with what the depth network sees on it. With --real crops come from
-photographs as they are: their true depth, or masks of objects in them, give labels a few pixels away from silhouettes, where these can be
-trusted. DATA/NNNNN.npy holds CROPS x 10 x SIDE x SIDE bytes: the network's input (band.py, 8 bits), alpha, and the state of the label
+Writes two crops per composite: one with degraded true disparity, one with the depth network's estimate. With --real, cuts the crops from
+unchanged photographs: true depth or object masks label the pixels a few pixels away from silhouettes, where these are reliable.
+DATA/NNNNN.npy holds CROPS x 10 x SIDE x SIDE bytes: the network's input (band.py, 8 bits), alpha, and the state of the label
 (composites.py).
 """
 import argparse
@@ -21,19 +21,19 @@ import composites
 import evaluate
 
 SIDE = 96
-MARGIN = 8          # of a crop: seen, but without labels
+MARGIN = 8          # border of a crop: input of the network, but without labels
 CROPS_PER_FILE = 256
-MAX_PER_MAP = 6     # crops of one disparity map
-MIN_LABELLED = 300  # pixels of a crop
-RIM = 2             # pixels to either side of a mask's border that get no label
-PAIRS_NAMED = ("tartan_", "iclredwood_", "tief_")  # photographs whose depth is dense and sharp
-MIN_STEP, FADING = 0.06, 0.35  # of composites.disparity()
-PAIRS_SHARE = 0.3   # of real photographs
+MAX_PER_MAP = 6     # crops per disparity map
+MIN_LABELLED = 300  # minimum number of labeled pixels per crop
+RIM = 2             # pixels without a label on each side of a mask's border
+PAIRS_NAMED = ("tartan_", "iclredwood_", "tief_")  # photographs with dense, sharp depth
+MIN_STEP, FADING = 0.06, 0.35  # arguments of composites.disparity()
+PAIRS_SHARE = 0.3   # share of pairs with true depth among the real photographs
 SIZES = ((384, 512), (512, 384), (352, 480), (448, 448), (336, 448))
 
 
 def crops_of(rng, x, alpha, state, wrong):
-    """Crops around random pixels with labels, half of them where the prepared disparity errs."""
+    """Yields crops around random labeled pixels; in half of them the prepared disparity is wrong at that pixel."""
     height, width = state.shape
     packed = np.concatenate([bands.quantized(x), np.rint(alpha * 255).astype(np.uint8)[None], state[None]])
     free = state == composites.LABELLED
@@ -57,14 +57,14 @@ def crops_of(rng, x, alpha, state, wrong):
 
 
 def coarser(rng, estimated):
-    """The estimate with fewer samples, as of a larger photo."""
+    """Returns the estimate with fewer samples, like that of a larger photo."""
     shrink = rng.uniform(1.2, 3.5)
     size = (max(8, round(estimated.shape[1] / shrink)), max(8, round(estimated.shape[0] / shrink)))
     return cv2.resize(estimated, size, interpolation=cv2.INTER_AREA)
 
 
 def of_composite(maker, depth):
-    """Crops of a new composite."""
+    """Yields crops of a new composite."""
     rng = maker.rng
     photo, weights, _ = maker.composite(SIZES[int(rng.integers(len(SIZES)))])
     given = [depth(photo, maker.spoiled(maker.disparity(weights, MIN_STEP, FADING), rng.random() ** 1.2))]
@@ -78,7 +78,7 @@ def of_composite(maker, depth):
 
 
 def read_pairs(folders):
-    """(photograph, share of the front, where it is known) of every usable one"""
+    """Returns (photograph, share of the front, mask of known pixels) per usable photograph."""
     result = []
     for folder in folders:
         with open(os.path.join(folder, "manifest.json")) as file:
@@ -90,7 +90,7 @@ def read_pairs(folders):
 
 
 def of_real(maker, depth, pairs):
-    """Crops of a photograph as it is, scaled and mirrored at random."""
+    """Yields randomly scaled and mirrored crops of an unchanged photograph."""
     rng = maker.rng
     if pairs and rng.random() < PAIRS_SHARE:
         photo, share, known = pairs[int(rng.integers(len(pairs)))]
@@ -125,8 +125,8 @@ def main():
     p.add_argument("--student", required=True, help="the depth network's weights")
     p.add_argument("--out", required=True)
     p.add_argument("--crops", type=int, default=40000)
-    p.add_argument("--held-out", action="store_true", help="of the photographs that training never sees, to watch it with")
-    p.add_argument("--real", action="store_true", help="of photographs as they are, instead of composites")
+    p.add_argument("--held-out", action="store_true", help="use the held-out photographs, which training never reads, for validation")
+    p.add_argument("--real", action="store_true", help="crops of unchanged photographs instead of composites")
     p.add_argument("--pairs", action="append", default=[], help="with --real: a folder of photographs with depth, with manifest.json")
     a = p.parse_args()
     cv2.setNumThreads(1)

@@ -1,5 +1,5 @@
-"""8-bit arithmetic as the library computes it (include/ldi/nn/ldi/convolution.hpp): values of 8 bits with one range per tensor, weights of
-7 bits with one scale per output. For training with it, and for ranges in the exported file."""
+"""The library's 8-bit arithmetic (include/ldi/nn/ldi/convolution.hpp): 8-bit values with one range per tensor, 7-bit weights with one scale
+per output. Used for quantization-aware training and for the ranges in the exported file."""
 import contextlib
 import os
 import sys
@@ -14,11 +14,11 @@ from weight_files import read_safetensors  # noqa: E402
 
 LARGEST_WEIGHT = 63
 INPUT_RANGE = (-128 / 127, 1.0)  # in steps of 1 / 127
-SHARE_INSIDE = 0.9999            # of a tensor's values in its range
+SHARE_INSIDE = 0.9999            # share of a tensor's values inside its range
 
 
 class Round(torch.autograd.Function):
-    """Rounds; gradients pass as if it had not."""
+    """Rounds; gradients pass unchanged."""
 
     @staticmethod
     def forward(ctx, x):
@@ -30,7 +30,7 @@ class Round(torch.autograd.Function):
 
 
 def network_of(path):
-    """(network, ranges or none) of an exported file, or of the average of a checkpoint: normalization folded in, weights not rounded"""
+    """Returns (network, ranges or None) of an exported file, or of a checkpoint's average, with folded normalization and unrounded weights."""
     net = Silhouettes()
     if path.endswith(".safetensors"):
         for layer in net.layers:
@@ -53,7 +53,7 @@ def network_of(path):
 
 
 def in_bytes(net, ranges):
-    """(the network with rounded weights, what rounds its values): what the library computes; both as they are where there are no ranges"""
+    """Returns (network with rounded weights, function that rounds its values), equal to the library; both do not round without ranges."""
     if not ranges:
         return net, lambda name, value: value
     with rounded_weights(net, ranges):
@@ -64,7 +64,7 @@ def in_bytes(net, ranges):
 
 
 def rounding(ranges):
-    """For Silhouettes.forward: rounds and clips what layers read."""
+    """For Silhouettes.forward: rounds and clips the tensors that layers read."""
     def observe(name, value):
         low, high = ranges[name]
         scale = (high - low) / 255
@@ -74,7 +74,7 @@ def rounding(ranges):
 
 
 class RoundAway(Round):
-    """The same, halves away from zero, as pack_byte_convolution() rounds weights."""
+    """Rounds halves away from zero, like pack_byte_convolution(); gradients pass unchanged."""
 
     @staticmethod
     def forward(ctx, x):
@@ -83,7 +83,7 @@ class RoundAway(Round):
 
 @contextlib.contextmanager
 def rounded_weights(net, ranges):
-    """Inside, the layers' weights are those that 7 bits can hold, and gradients reach the unrounded ones."""
+    """Inside this context, layers use weights rounded to 7 bits, and gradients reach the unrounded weights."""
     if not ranges:
         yield
         return
@@ -105,7 +105,7 @@ def rounded_weights(net, ranges):
 
 @torch.no_grad()
 def value_ranges(net, batches):
-    """{"input": (least, greatest), ...} of every tensor that a layer reads."""
+    """Returns {"input": (min, max), ...} for every tensor that a layer reads."""
     highest = {}
 
     def observe(name, value):

@@ -2,11 +2,11 @@
 
     python3 train.py --data DATA --held-out DATA --out FOLDER
 
-Everything lies in FOLDER: checkpoint.pt (all that is needed to go on; a second start with the same FOLDER does), log.tsv, snapshots.
-To steer it, make a file there:
+Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: a second start with the same FOLDER resumes
+the training. Create a file in FOLDER to control it:
 
-    stop    save and end. Delete the file and start again to go on.
-    finish  let the learning rate fall to zero along a cosine over the next 10 minutes (or as many as the file says), save, end.
+    stop    saves and ends. Delete the file and start again to resume.
+    finish  lowers the learning rate to zero along a cosine over the next 10 minutes, or the number of minutes in the file, saves and ends.
 """
 import argparse
 import copy
@@ -30,12 +30,12 @@ from muon import Muon  # noqa: E402
 
 WARM_UP = 200  # steps
 SOFT_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 2.0, 0.7, 0.1
-FILES_PER_BATCH = 4  # crops of one file have few photographs between them
+FILES_PER_BATCH = 4  # several, because one file has crops of few photographs
 SAVE_SECONDS, LOOK_SECONDS, SNAPSHOT_SECONDS = 120, 300, 1800
 
 
 class Crops:
-    """Crops of all files of folders; files that appear later are found."""
+    """Crops of all files in folders, including files that appear during training."""
 
     def __init__(self, folders):
         self.folders, self.files = folders, {}
@@ -52,7 +52,7 @@ class Crops:
         return sum(len(f) for f in self.files.values())
 
     def batch(self, rng, count):
-        """Crops of random files, augmented."""
+        """Returns augmented crops of random files."""
         files = [self.files[self.paths[int(rng.integers(len(self.paths)))]] for _ in range(FILES_PER_BATCH)]
         x, alpha, state = tensors(np.concatenate([f[np.sort(rng.choice(len(f), count // len(files), replace=False))] for f in files]))
         for dim in (2, 3):
@@ -69,18 +69,18 @@ class Crops:
 
 
 def tensors(crops):
-    """Bytes of prepare.py -> (input, alpha, state), each N x C x S x S"""
+    """Converts bytes of prepare.py to (input, alpha, state), each N x C x S x S."""
     t = torch.from_numpy(np.array(crops))
     return (t[:, :8].float() - 128) / 127, t[:, 8:9].float() / 255, t[:, 9:10]
 
 
 def losses(logits, alpha, state):
-    """The terms of the loss, each a scalar."""
+    """Returns the terms of the loss, each a scalar."""
     p = torch.sigmoid(logits[:, :1])
     known, none = (state == composites.LABELLED).float(), (state == composites.NO_STEP).float()
     area = known.sum().clamp(min=1)
     error = (p - alpha).abs()
-    weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha))  # more where both surfaces share a pixel
+    weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha))  # higher weight where both surfaces share a pixel
     terms, gradient = {"alpha": (weight * error).sum() / area}, 0.0
     for dim in (2, 3):
         n = p.shape[dim] - 1
@@ -96,7 +96,7 @@ def losses(logits, alpha, state):
 
 @torch.no_grad()
 def validate(net, batches, observe):
-    """(share of pixels on the wrong side, that of the prepared disparity, mean error of alpha), in percent of labelled pixels."""
+    """Returns (pixels on the wrong side, those of the prepared disparity, mean error of alpha), in percent of labeled pixels."""
     wrong, before, error, pixels = 0.0, 0.0, 0.0, 0.0
     for x, alpha, state in batches:
         known = (state == composites.LABELLED).float()
@@ -109,9 +109,9 @@ def validate(net, batches, observe):
 
 
 class Run:
-    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimizer and the counts.
+    """State of a checkpoint: the network, its running average (which is exported), the optimizer and the counts.
 
-    ranges: of the values that 8 bits tell apart, to train with rounded values, or none"""
+    ranges: value ranges of the 8-bit tensors, to train with rounded values, or None"""
 
     def __init__(self, rate, mixed, ranges=None):
         self.net = Silhouettes()
@@ -138,7 +138,7 @@ class Run:
         self.step, self.seconds = state["step"], state["seconds"]
 
     def observe(self, net):
-        """What rounds values as 8-bit arithmetic does, where that is trained."""
+        """Returns the function that rounds values to 8 bits; the identity during training in floating point."""
         return quantize.rounding(self.ranges) if self.ranges else lambda name, value: value
 
     @torch.no_grad()
@@ -173,9 +173,9 @@ class Run:
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--data", required=True, action="append", help="folder of prepare.py; may be given several times")
-    p.add_argument("--held-out", required=True, help="the same for photographs that are not used in training")
+    p.add_argument("--held-out", required=True, help="folder of prepare.py for photographs that training does not use")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
-    p.add_argument("--quantize", help="begin with this checkpoint or exported file, and train with values and weights rounded to 8 bits")
+    p.add_argument("--quantize", help="start from this checkpoint or exported file, and train with values and weights rounded to 8 bits")
     p.add_argument("--batch", type=int, default=16, help="crops per step")
     p.add_argument("--rate", type=float, default=2e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=1)

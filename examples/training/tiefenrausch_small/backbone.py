@@ -2,10 +2,10 @@
 
     tf2_mobilenet_v2_1.0_224_ptq.tflite of github.com/google-coral/test_data (Apache-2.0): 8 bits, normalization folded in
 
-In that file every output channel has a scale of its own; the library's 8-bit networks have one for all weights of a layer. Channels whose
-weights are small would lose theirs, so weights are moved between the layers of a block first, which changes nothing as long as the
+In that file every output channel has its own scale; the library's 8-bit networks have one scale for all weights of a layer. Channels with
+small weights would lose precision, so weights are first moved between the layers of a block. This changes nothing as long as the
 activation in between is a ReLU: relu(s x) = s relu(x) for s > 0 (Nagel et al., Data-Free Quantization Through Weight Equalization and Bias
-Correction, ICCV 2019). MobileNet V2 clips its activations at 6 as well; here nothing does, and training makes up for it.
+Correction, ICCV 2019). MobileNet V2 also clips its activations at 6; this network does not, and training compensates.
 """
 import numpy as np
 import torch
@@ -44,7 +44,7 @@ def read_convolutions(path):
     with open(path, "rb") as file:
         data = file.read()
     model = Fields(data, int.from_bytes(data[:4], "little"))
-    # the older of the two fields for operator codes is enough for the codes used here
+    # the older of the two fields for operator codes holds all codes used here
     codes = [code.number(0, number_types.Int8Flags) for code in model.tables(1)]
     graph, buffers = model.tables(2)[0], model.tables(4)
     tensors = graph.tables(0)
@@ -65,7 +65,7 @@ def read_convolutions(path):
         code = codes[op.number(0, number_types.Uint32Flags)]
         if code in (CONVOLUTION, DEPTHWISE):
             _, weight, bias = op.numbers(1, np.int32)
-            order = (0, 3, 1, 2) if code == CONVOLUTION else (3, 0, 1, 2)  # to outputs x inputs x height x width
+            order = (0, 3, 1, 2) if code == CONVOLUTION else (3, 0, 1, 2)  # transposed to outputs x inputs x height x width
             found.append((torch.from_numpy(values(weight).transpose(order).copy()).float(), torch.from_numpy(values(bias).copy()).float()))
     return found
 
@@ -76,8 +76,8 @@ def largest(weight, dim):
 
 
 def equalize(layers):
-    """Equalizes the magnitudes of the channels between successive layers [(weight, bias)], each but the last followed by a ReLU."""
-    for (weight, bias), (reader, reader_bias) in zip(layers, layers[1:]):  # a channel that never changes is a bias
+    """Equalizes the magnitudes of the channels between successive layers [(weight, bias)]. A ReLU follows every layer but the last."""
+    for (weight, bias), (reader, reader_bias) in zip(layers, layers[1:]):  # folds channels of constant output into the next layer's bias
         dead = largest(weight, 0) <= 1e-6
         if reader.shape[1] == 1:
             reader_bias += dead * bias.relu() * reader.sum((1, 2, 3))
@@ -97,7 +97,7 @@ def start_from(student, path):
     """Copies the features of a TFLite file into the encoder of a model.Student."""
     names = [name for name in student.layers if name == "stem" or name.startswith("down")]
     layers = dict(zip(names, read_convolutions(path)))
-    weight, bias = layers["stem"]  # its input was (255 x - 127) / 127.5
+    weight, bias = layers["stem"]  # MobileNet V2's input was (255 x - 127) / 127.5
     bias -= weight.sum((1, 2, 3)) * (127 / 127.5)
     weight *= 2
     chain = []

@@ -1,4 +1,4 @@
-"""Photographs with their labels as memory-mapped arrays, crops, layers pasted over them, and augmentation."""
+"""Memory-mapped photographs and labels, crops, pasted foregrounds, and augmentation."""
 import json
 import os
 import queue
@@ -12,10 +12,10 @@ import shapes
 
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
-                 "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
+                 "depth": 2.0, "scene": 0.5}  # share of photographs with measured depth; of ray-cast scenes
 VALIDATION_EVERY = 32  # one in this number of photographs is held out for validation
 PASTED = 0.45  # share of the crops with a pasted foreground
-WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # input shapes in the library
+WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # input shapes that the library uses
 GRAY = np.array([0.299, 0.587, 0.114], np.float32)
 
 
@@ -42,14 +42,14 @@ class Library:
         return self.of_label(self.labels, entry)
 
     def front(self, entry):
-        """Mask, 1 on a person, an animal, a vehicle or another object to cut out"""
+        """Returns the mask of an object to cut out (a person, an animal, a vehicle or other), 1 inside."""
         return self.of_label(self.fronts, entry)
 
 
 def view_of(rng, height, width, out_height, out_width, least):
-    """A part (top, left, height, width) of a photograph, in fractions, with the crop's aspect ratio within 20 %, and at
+    """Returns a random part (top, left, height, width) of a photograph, in fractions, with the crop's aspect ratio within 20 %, and at
     least the share `least` of the largest such part."""
-    aspect = out_width / out_height * np.exp(rng.uniform(-0.18, 0.18)) * height / width  # in fractions of the sides
+    aspect = out_width / out_height * np.exp(rng.uniform(-0.18, 0.18)) * height / width  # fractions of the sides
     h, w = (1.0, aspect) if aspect <= 1 else (1 / aspect, 1.0)
     zoom = rng.uniform(least, 1.0)
     h, w = h * zoom, w * zoom
@@ -66,17 +66,17 @@ def cut(image, view, size, interpolation):
 
 
 def vary_color(rng, image):
-    """The paper's variations (gamma, contrast, saturation, hue), then faults of poor cameras: wrong exposure, color cast, noise, blur, JPEG."""
+    """Applies the paper's variations (gamma, contrast, saturation, hue), then defects of poor cameras: exposure, color cast, noise, blur, JPEG."""
     ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None] ** rng.uniform(0.6, 1.4)
     if rng.random() < 0.4:
-        ramp = ramp * np.exp(rng.uniform(-0.9, 0.6))  # darker, or brighter with lights clipped
+        ramp = ramp * np.exp(rng.uniform(-0.9, 0.6))  # darker, or brighter with clipped highlights
     if rng.random() < 0.3:
         ramp = ramp * np.exp(rng.uniform(-0.12, 0.12, 3))
     image = cv2.LUT(image, np.clip(np.broadcast_to(ramp, (256, 3)) * 255 + 0.5, 0, 255).astype(np.uint8)[None])
     contrast, saturation, hue = rng.uniform(0.6, 1), rng.uniform(0.6, 1), np.deg2rad(rng.uniform(-25, 25))
     if rng.random() < 0.04:
         saturation = 0.0
-    # hue turns about the gray axis, saturation shrinks toward the luma, contrast toward middle gray: one matrix for all three
+    # one matrix rotates hue about the gray axis and scales saturation toward luma and contrast toward middle gray
     c, s = np.cos(hue), np.sin(hue) / np.sqrt(3)
     turn = c * np.eye(3) + (1 - c) / 3 + s * np.array([[0, -1, 1], [1, 0, -1], [-1, 1, 0]])
     matrix = contrast * (saturation * np.eye(3) + (1 - saturation) * np.repeat(GRAY[None], 3, 0)) @ turn
@@ -94,7 +94,7 @@ def vary_color(rng, image):
 
 
 def to_tensors(photos, labels):
-    """(color B x 3 x H x W in [0, 1], disparity B x 1 x H x W with 0 where unknown, weight 1 where known), from numpy arrays."""
+    """Converts numpy arrays to (color B x 3 x H x W in [0, 1], disparity B x 1 x H x W with 0 where unknown, weight 1 where known)."""
     color = torch.from_numpy(photos).permute(0, 3, 1, 2).float().div_(255).contiguous(memory_format=torch.channels_last)
     label = torch.from_numpy(labels)[:, None]
     known = (~torch.isnan(label)).float()
@@ -117,7 +117,7 @@ class Photographs:
         return self.train[min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)]
 
     def cutting(self, rng):
-        """A foreground to paste: (color, disparity, opacity 0 to 1) of one size."""
+        """Returns a foreground to paste: (color, disparity, opacity 0 to 1) of one size."""
         if self.with_front and rng.random() < 0.6:
             entry = self.with_front[rng.integers(len(self.with_front))]
             front = self.library.front(entry)
@@ -135,7 +135,7 @@ class Photographs:
     def sample(self, rng, size):
         entry = self.draw(rng)
         photo, label = self.library.photograph(entry), self.library.label(entry)
-        # small crops: from half of the photograph's width and height to all of it
+        # small crops cover half of the photograph's width and height, up to all of it
         view = view_of(rng, *photo.shape[:2], *size, 0.5)
         color = cut(photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
         truth = cut(label.astype(np.float32), view, size, cv2.INTER_NEAREST)
@@ -155,11 +155,11 @@ class Photographs:
         return to_tensors(colors, truths)
 
     def calibration(self, rng):
-        """Batches of whole photographs' colors, for the ranges of 8-bit tensors."""
+        """Returns batches of whole photographs' colors, for the ranges of 8-bit tensors."""
         return [self.batch(rng, 4, shape)[0] for shape in WHOLE for _ in range(2)]
 
     def validation_batches(self, size):
-        """Held-out photographs without augmentation, resized without regard to the aspect ratio, in batches of up to 8."""
+        """Returns held-out photographs without augmentation, resized regardless of aspect ratio, in batches of up to 8."""
         batches = []
         for start in range(0, len(self.held_out), 8):
             entries = self.held_out[start:start + 8]
@@ -170,7 +170,7 @@ class Photographs:
 
 
 class Ahead:
-    """Makes batches in a separate thread, a few ahead of the training."""
+    """Prepares batches in a separate thread, a few ahead of the training."""
 
     def __init__(self, photographs, seed):
         self.photographs, self.rng = photographs, np.random.default_rng(seed)

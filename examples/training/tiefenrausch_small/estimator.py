@@ -5,7 +5,7 @@ import numpy as np
 
 
 class Estimator:
-    """program: the compiled estimate.cpp; model: the weights that it loads."""
+    """program: compiled estimate.cpp; model: weights"""
 
     def __init__(self, program, model):
         self.process = subprocess.Popen([program, model], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
@@ -18,7 +18,7 @@ class Estimator:
         return np.frombuffer(data, dtype)
 
     def both(self, photo, resize=True):
-        """photo H x W x 3 uint8 -> (the network's own H' x W' uint8, disparity H' x W' float32); without `resize`, the size is H x W,
+        """photo H x W x 3 uint8 -> (the network's raw output H' x W' uint8, disparity H' x W' float32); without `resize`, the size is H x W,
         multiples of 32"""
         self.process.stdin.write(np.array([*photo.shape[:2], resize], "<i4").tobytes() + np.ascontiguousarray(photo).tobytes())
         self.process.stdin.flush()

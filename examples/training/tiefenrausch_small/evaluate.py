@@ -5,8 +5,8 @@ metrics.py for the measures.
                         [--checkpoint FOLDER/float.pt] [--sheet SHEET.png] [--each]
 
 PROGRAM are estimate.cpp and convert.cpp, compiled. Both networks run in 8 bits, by the library, and in floating point, with the same
-weights. Prints a table for the pairs as they are, one of delta for harder versions of them, and ends with the line `student -D.DDD delta, edges D.DDD`:
-what the student in 8 bits gains or loses against the published network in 8 bits, and the F1 of its edges.
+weights. Prints a table for the unchanged pairs, a table of delta for harder versions, and the line `student -D.DDD delta, edges D.DDD`: the
+student's gain or loss against the published network, both in 8 bits, and the F1 of its edges.
 """
 import argparse
 import os
@@ -29,16 +29,16 @@ from model import Student
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors  # noqa: E402
 
-LIVING = (3, 8, 10, 12, 13, 15, 17)  # bird, cat, cow, dog, horse, person, sheep, of the segmentation's classes
-MAX_PHOTOGRAPHS = 130  # of a folder, evenly spread, that are searched for them
-MIN_SUBJECT, MAX_SUBJECT = 0.02, 0.5  # of a photograph
+LIVING = (3, 8, 10, 12, 13, 15, 17)  # classes of the segmentation: bird, cat, cow, dog, horse, person, sheep
+MAX_PHOTOGRAPHS = 130  # number of evenly spaced photographs per folder that are searched for subjects
+MIN_SUBJECT, MAX_SUBJECT = 0.02, 0.5  # share of the photograph's area
 APART = 0.05  # share of a photograph's range of disparity: the step at which the library separates surfaces
 NOISE = 20  # standard deviation of the noisy versions
 
 
 class Floats:
-    """A file's network in floating point. Values are clipped to each tensor's 8-bit range: a network that was trained in 8 bits relies on
-    it (its ReLU is such a range), and the published network's output differs without."""
+    """A file's network in floating point. Values are clipped to each tensor's 8-bit range: a network trained in 8 bits relies on
+    this (its ReLU is such a range), and the published network's output differs without it."""
 
     def __init__(self, tensors, is_logarithm):
         self.is_logarithm = is_logarithm
@@ -67,11 +67,11 @@ class Floats:
 
 
 def check_integers(tensors, estimator, name):
-    """Checks that the file's network equals the library's: exact integers agree on every pixel."""
+    """Checks that exact integers and the library agree on every pixel for the file's network."""
     photo = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
     levels = np.rint(photo.astype(np.float32) / np.float32(255) / tensors["scales"][0]) + tensors["zero_points"][0]
     if (Integers(tensors)(np.clip(levels, 0, 255).astype(np.uint8)) != estimator.both(photo, False)[0]).any():
-        raise SystemExit(f"{name}: the library's result is not that of exact integers")
+        raise SystemExit(f"{name}: the library's result differs from exact integers")
 
 
 def float_checkpoint(path):
@@ -88,7 +88,7 @@ def float_checkpoint(path):
 
 
 def portrait(image):
-    """The middle of an image, cropped to 3 : 4, upright."""
+    """Returns the center of an image, cropped to 3 : 4, upright."""
     height, width = image.shape[:2]
     w = min(width, height * 3 // 4)
     h = min(height, w * 4 // 3)
@@ -110,7 +110,7 @@ def versions(photo, truth):
 
 
 def sheet(rows):
-    """Photograph, truth and estimates of some pairs, as one picture."""
+    """Draws photograph, truth and estimates of some pairs as one picture."""
     def shown(a):
         a = cv2.resize(a.astype(np.float32), (256, 192), interpolation=cv2.INTER_LINEAR)
         low, high = np.nanpercentile(a, (2, 98))
@@ -123,16 +123,16 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("pairs", "estimate", "convert", "published", "student"):
         p.add_argument("--" + name, required=True)
-    p.add_argument("--checkpoint", help="the student before it was brought to 8 bits, for one more line")
-    p.add_argument("--sheet", help="where to put a picture of all estimates")
+    p.add_argument("--checkpoint", help="the student before quantization, for one more row")
+    p.add_argument("--sheet", help="file for a picture of all estimates")
     p.add_argument("--subjects", action="append", default=[], help="folder of photographs, some of people and animals")
-    p.add_argument("--segmentation", help="folder of the network that finds them (as of teachers.py)")
-    p.add_argument("--each", action="store_true", help="print every pair too")
+    p.add_argument("--segmentation", help="folder of the segmentation network (see teachers.py)")
+    p.add_argument("--each", action="store_true", help="also print every pair")
     return p.parse_args()
 
 
 def living(folders, segmentation):
-    """[(photograph, mask)] of those whose largest person or animal takes up MIN_SUBJECT to MAX_SUBJECT of them"""
+    """Returns [(photograph, mask)] where the largest person or animal covers MIN_SUBJECT to MAX_SUBJECT of the photograph."""
     found, classes_of = [], teachers.masks(segmentation)
     for folder in folders:
         names = sorted(os.listdir(folder))
@@ -189,7 +189,7 @@ def main():
             if version == "as they are":
                 pictures.append([photo, truth, *found.values()])
                 for n in ("published", "student"):
-                    in_8_bits = found[n + ", 8 bits"]  # may be larger: the library runs the network twice
+                    in_8_bits = found[n + ", 8 bits"]  # may be larger, because the library runs the network twice
                     in_float = cv2.resize(found[n + ", float"], in_8_bits.shape[::-1], interpolation=cv2.INTER_LINEAR)
                     likeness.setdefault(n, []).append(np.corrcoef(in_float.ravel(), in_8_bits.ravel())[0, 1])
         if a.each:

@@ -2,9 +2,9 @@
 
     python3 export.py --checkpoint FOLDER/final.pt --data DATA --out tiefenrausch_small.safetensors
 
-Any other checkpoint can be exported as well; one from before the training went on in 8 bits is rounded to them here.
+Exports any other checkpoint as well, and rounds one that was not yet trained in 8 bits.
 
-What is in the file (n operators; tensor 0 is the photograph, tensor i + 1 what operator i makes):
+Contents of the file (n operators; tensor 0 is the photograph, tensor i + 1 the result of operator i):
 
     operators           I32  n x 5   kind (0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement), first input, second input
                                      (additions; else 0), kernel (convolutions; else 0), stride or factor of enlargement (additions: 1)
@@ -36,7 +36,7 @@ from weight_files import read_safetensors, write_safetensors  # noqa: E402
 
 @torch.no_grad()
 def tensors_of(net):
-    """The file's tensors, from a Quantized network."""
+    """Converts a Quantized network to the file's tensors."""
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(net.operators)}}
     rows, weight_scales, weight_zero_points, parts = [], [], [], {}
     for i, op in enumerate(net.operators):
@@ -59,7 +59,7 @@ def tensors_of(net):
 
 
 def rounding_shift(value, shift):
-    """value / 2^shift, to nearest, halves away from zero; numpy int64"""
+    """Returns value / 2^shift, rounded to nearest, halves away from zero; numpy int64."""
     mask = (1 << shift) - 1
     remainder = (value & mask) - (value < 0)
     return (value >> shift) + (remainder > (mask >> 1))
@@ -70,7 +70,7 @@ class Integers:
 
     def __init__(self, tensors):
         self.t = tensors
-        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # operators that the library would refuse
+        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # the library would refuse such an operator
             if kind < 2:
                 scale = tensors["scales"][a] * tensors["weight_scales"][i] / tensors["scales"][i + 1]
                 assert 2.0 ** -32 <= scale < 1, (i, scale)
@@ -79,7 +79,7 @@ class Integers:
                 assert (ratios > 0).all() and 2.0 ** -10 <= ratios.max() < 2.0 ** 8, (i, ratios)
 
     def convolution(self, i, x, kind, a, kernel, stride):
-        """x  1 x C x H x W float64, whole numbers less their zero point"""
+        """x  1 x C x H x W float64, integers minus their zero point"""
         t = self.t
         weight = torch.from_numpy(t[f"{i}.weight"].astype(np.float64) - t["weight_zero_points"][i]).permute(0, 3, 1, 2)
         bias = torch.from_numpy(t[f"{i}.bias"].astype(np.float64))
@@ -114,7 +114,7 @@ class Integers:
 
 
 def ranges_of(tensors, ops):
-    """Quantization of every tensor, as in a file ; checks that its network consists of `ops`."""
+    """Returns every tensor's quantization from a file; checks that its network consists of `ops`."""
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(ops)}}
     assert len(ops) == len(tensors["operators"])
     for op, row in zip(ops, tensors["operators"]):
@@ -162,8 +162,8 @@ def start_from(student, path, photographs):
 
 
 def load_quantized(path, folder, weight_bits):
-    """(the quantized network of a checkpoint in evaluation mode, the checkpoint). One that is not in 8 bits yet is rounded to them, with
-    ranges from photographs of `folder` (of prepare.py)."""
+    """Returns (quantized network in evaluation mode, checkpoint). Rounds a checkpoint that is not in 8 bits yet, with ranges from photographs
+    of `folder` (written by prepare.py)."""
     state = torch.load(path)
     ops, logarithmic = model.network(state.get("network", "small"))
     if state["ranges"]:
@@ -180,11 +180,11 @@ def load_quantized(path, folder, weight_bits):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--checkpoint", required=True)
-    p.add_argument("--data", required=True, help="what the weights were trained on (of prepare.py), for the provenance")
+    p.add_argument("--data", required=True, help="training data (folder of prepare.py), for the provenance")
     p.add_argument("--out", required=True)
-    p.add_argument("--weight-bits", type=int, default=8, help="7: weights that every instruction set multiplies at once, at some loss")
-    p.add_argument("--note", default="", help="goes into the provenance: licenses, say")
-    p.add_argument("--example", help="also write a small photograph and what the network must make of it, as safetensors, to test readers with")
+    p.add_argument("--weight-bits", type=int, default=8, help="7: weights that every instruction set multiplies without widening, at some loss of quality")
+    p.add_argument("--note", default="", help="text for the provenance, such as licenses")
+    p.add_argument("--example", help="also write a small photograph and the network's expected output as safetensors, for tests of readers")
     a = p.parse_args()
     torch.manual_seed(0)
     net, state = load_quantized(a.checkpoint, a.data, a.weight_bits)
@@ -194,7 +194,7 @@ def main():
     tensors = tensors_of(net)
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "tiefenrausch_small", "version": "1", "operator_names": " ".join(op.name for op in net.operators),
-        # The library runs the network at both sizes: layout and edges are better than with one run at 384 (README.md).
+        # The library runs the network at both sizes, which gives better layout and edges than one run at 384 (README.md).
         **({"output": "log disparity"} if net.logarithmic else {"output": "disparity", "details_long_side": "448", "layout_long_side": "320"}),
         "provenance": json.dumps({
             "recipe": "examples/training/tiefenrausch_small", "teachers": "TCMonoDepth, small (MIT); Tiefenrausch as published (MIT)",

@@ -2,29 +2,29 @@
 import cv2
 import numpy as np
 
-LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher sees the layout, and the edges
-COARSE_SIGMA = 6.0  # in pixels of the label: smoother parts come from the layout
+LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher estimates layout, and edges
+COARSE_SIGMA = 6.0  # in pixels of the label; coarser structures come from the layout
 AGREEMENT = 0.8  # minimum correlation between the teacher's estimates at its smallest and largest size; below it, they are not used
 FAR, OPEN = -1.2, 0.1  # log disparity of the sky in the published network's estimates; share of such pixels in a landscape
-SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # of the weighted median that moves steps to color edges
+SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # parameters of the weighted median that moves steps to color edges
 LOW, HIGH = 0.5, 99.5  # percentiles of a label that become NEAR_FAR
 NEAR_FAR = 0.05, 1.0
 
 
 def standardized(disparity):
-    """Median 0, mean deviation 1."""
+    """Scales a map to median 0 and mean deviation 1."""
     centered = disparity - np.median(disparity)
     return centered / (np.abs(centered).mean() + 1e-6)
 
 
 def fitted(disparity, to):
-    """Returns a * disparity + b, fitted to another map."""
+    """Returns a * disparity + b, fitted to another map by least squares."""
     centered = disparity - disparity.mean()
     return centered * (centered * (to - to.mean())).mean() / ((centered ** 2).mean() + 1e-9) + to.mean()
 
 
 def merged(sizes):
-    """The teacher's estimate of one photograph: layout from its small sizes, detail from the large one.
+    """Combines the teacher's estimates of one photograph: layout from the small sizes, detail from the large one.
 
     sizes  {short side: disparity H x W}; returns H x W, standardized"""
     layout = np.mean([standardized(sizes[side]) for side in LAYOUT], 0)
@@ -33,8 +33,8 @@ def merged(sizes):
 
 
 def chosen(teacher, published):
-    """The teacher's answer; the published network's where the teacher contradicts itself (patterned walls, ornate rooms, naves); the mean
-    of both in open landscapes, where the published one parts trees, roofs and mountains from the sky.
+    """Returns the teacher's estimate, or the published network's if the teacher contradicts itself (patterned walls, ornate rooms, naves), or
+    the mean of both in open landscapes, where the published network separates trees, roofs and mountains from the sky.
 
     teacher    {short side: disparity}
     published  {long side: log disparity}; returns H x W, standardized"""
@@ -48,9 +48,9 @@ def chosen(teacher, published):
 
 
 def snapped(disparity, photo):
-    """Moves steps of disparity to color edges: a median, each neighbor weighted by the similarity of its color to the pixel's.
+    """Moves steps of disparity to color edges by a median that weights each neighbor by color similarity.
 
-    photo H x W x 3 uint8. Values that change by no more than rounding to 8 bits stay as they were."""
+    photo H x W x 3 uint8. Keeps values that would change by no more than 8-bit rounding."""
     for _ in range(SNAP_ROUNDS):
         low, high = disparity.min(), disparity.max()
         levels = (disparity - low) / max(high - low, 1e-6) * 255

@@ -2,13 +2,13 @@
 (Li and Snavely's MegaDepth)."""
 import torch
 
-ANCHOR = 0.1  # weight of the result's scale and shift; with 0, the range of the 8-bit output would be arbitrary
-MIN_SCALE, MAX_SCALE = 0.5, 2.0  # of the result, relative to the label; a crop does not tell how deep the whole photograph is
+ANCHOR = 0.1  # loss weight of the result's scale and shift; with 0, the range of the 8-bit output would be arbitrary
+MIN_SCALE, MAX_SCALE = 0.5, 2.0  # bounds of the result's scale relative to the label; a crop does not show the depth of the whole photograph
 SCALES = 4
 
 
 def aligned_error(y, truth, known):
-    """The result's remaining error, in units of the label, after the best scale (within bounds) and shift of each photograph."""
+    """Returns the result's error, in units of the label, after fitting scale (within bounds) and shift per photograph."""
     count = known.sum((1, 2, 3), keepdim=True).clamp(min=1)
     y_mean, truth_mean = ((v * known).sum((1, 2, 3), keepdim=True) / count for v in (y, truth))
     with torch.no_grad():
@@ -19,7 +19,7 @@ def aligned_error(y, truth, known):
 
 
 def difference_loss(error, known):
-    """Differences of neighboring errors, at full size and at every second, fourth and eighth pixel."""
+    """Returns the loss on differences of neighboring errors, at full size and at every second, fourth and eighth pixel."""
     total = 0.0
     for scale in range(SCALES):
         e, k = error[:, :, ::2 ** scale, ::2 ** scale], known[:, :, ::2 ** scale, ::2 ** scale]
@@ -31,7 +31,7 @@ def difference_loss(error, known):
 
 
 def losses(y, truth, known):
-    """y, truth, known  B x 1 x H x W; known is 1 where the truth is, else 0"""
+    """y, truth, known  B x 1 x H x W; known is 1 where there is truth, else 0"""
     error = aligned_error(y, truth, known)
     pixels = known.sum().clamp(min=1)
     return {"data": (error.abs() * known).sum() / pixels, "gradient": 0.5 * difference_loss(error, known),

@@ -6,41 +6,41 @@ import re
 import cv2
 import numpy as np
 
-FARTHEST = 20.0  # times the median distance: nothing counts as farther, in the truth or in the estimate
-EDGE_SIDE = 384  # long side at which edges are searched
-REACH = 4  # pixels: a step smeared over less is an edge in full, and edges that lie this near each other are the same
-EDGE = 1.15  # the factor between disparities that makes an edge
+FARTHEST = 20.0  # in median distances; larger distances are clamped, in the truth and in the estimate
+EDGE_SIDE = 384  # long side at which edges are detected
+REACH = 4  # pixels: steps blurred over less count as one edge, and edges within this distance match
+EDGE = 1.15  # minimum ratio of disparities across an edge
 
 
 def read_pairs(folder):
-    """(name, photograph H x W x 3 uint8 RGB, disparity H x W float64 with NaN where unknown), sorted as in the manifest."""
+    """Yields (name, photograph H x W x 3 uint8 RGB, disparity H x W float64 with NaN where unknown) in the manifest's order."""
     with open(os.path.join(folder, "manifest.json")) as file:
         manifest = json.load(file)
     for entry in manifest:
         photo = cv2.cvtColor(cv2.imread(os.path.join(folder, entry["image"]), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
         stored = cv2.imread(os.path.join(folder, entry["map"]), cv2.IMREAD_UNCHANGED).astype(np.float64)
         value = np.where(stored == entry["invalid"], np.nan, stored / entry["scale"])
-        offset = re.search(r"disparity \+ ([0-9.]+)", entry["note"])  # what cropping took away
+        offset = re.search(r"disparity \+ ([0-9.]+)", entry["note"])  # disparity that cropping subtracted
         disparity = 1 / value if entry["kind"] == "depth" else value + (float(offset[1]) if offset else 0.0)
         yield entry["name"], photo, disparity
 
 
 def network_size(photo):
-    """A photograph as the library's networks see it: long side 384, both sides rounded down to multiples of 32."""
+    """Resizes a photograph to the input of the library's networks: long side 384, both sides rounded down to multiples of 32."""
     longer = max(photo.shape[:2])
     height, width = (max(32, n * 384 // longer // 32 * 32) for n in photo.shape[:2])
     return cv2.resize(photo, (width, height), interpolation=cv2.INTER_AREA)
 
 
 def align(estimate, truth, known):
-    """a * estimate + b with the least squared error where known"""
+    """Returns a * estimate + b with the minimum squared error where known."""
     x, y = estimate[known], truth[known]
     a, b = np.polyfit(x, y, 1) if x.std() > 0 else (0.0, y.mean())
     return a * estimate + b
 
 
 def edges(logarithm, known):
-    """Pixels that differ from the one REACH to the right, or below, by a factor of EDGE or more, both known."""
+    """Finds pixels that differ from the pixel REACH to the right, or below, by a factor of EDGE or more, both known."""
     found = np.zeros(known.shape, bool)
     for y, x in ((0, REACH), (REACH, 0)):
         h, w = known.shape[0] - y, known.shape[1] - x
@@ -57,7 +57,7 @@ def at_edge_side(ours, true, known):
 
 
 def edge_agreement(ours, true, known):
-    """F1 of the estimate's edges against the truth's, where edges within REACH pixels of each other agree; NaN if the truth has almost no edges."""
+    """Returns the F1 of the estimate's edges; edges within REACH pixels of the truth's match. NaN if the truth has almost no edges."""
     ours, true, known = at_edge_side(ours, true, known)
     disc = np.ones((2 * REACH + 1,) * 2, np.uint8)
     a, b = edges(np.log(ours), known), edges(np.log(true), known)
@@ -69,8 +69,8 @@ def edge_agreement(ours, true, known):
 
 
 def boundary_agreement(ours, true, known):
-    """F1 of the places where a pixel is nearer than its neighbor, on that side, by more than a ratio: the mean over ratios from 1.05 to 1.25,
-    each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1)."""
+    """Returns the scale-invariant boundary F1 of Depth Pro (Bochkovskii et al., 2024): a boundary is a pixel nearer than its neighbor by more
+    than a ratio; mean over ratios from 1.05 to 1.25, each weighted by itself."""
     ratios, found = np.linspace(1.05, 1.25, 10), []
     for ratio in ratios:
         precision = recall = 0.0
@@ -88,8 +88,8 @@ def boundary_agreement(ours, true, known):
 
 
 def wrong_order(ours, true, known):
-    """Share of pairs of pixels whose order the estimate reverses, among those of 20,000 random pairs whose true distances differ by a fifth or
-    more (the measure of DA-2K, Yang et al., "Depth Anything V2", 2024, on measured depth)."""
+    """Returns the share of pixel pairs in wrong order, among 20,000 random pairs whose true distances differ by a fifth or more (the measure of
+    DA-2K, Yang et al., "Depth Anything V2", 2024, on measured depth)."""
     x, y = ours[known], true[known]
     a, b = np.random.default_rng(1).integers(0, len(x), (2, 20000))
     ratio = y[a] / y[b]
@@ -98,12 +98,12 @@ def wrong_order(ours, true, known):
 
 
 def separation(disparity, mask):
-    """Difference in disparity between a mask's inside and the ring around it, as a share of the photograph's range (2nd to 98th percentile)."""
+    """Returns the difference in disparity between a mask and the ring around it, as a share of the photograph's range (2nd to 98th percentile)."""
     reach = max(3, round(max(mask.shape) / 50))
     grown, shrunk = (way(mask.astype(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8)) > 0 for way in (cv2.dilate, cv2.erode))
     wide = cv2.dilate(mask.astype(np.uint8), np.ones((6 * reach + 1,) * 2, np.uint8)) > 0
     low, high = np.percentile(disparity, (2, 98))
-    ring = wide & ~grown  # the mask's own outline is off by a few pixels
+    ring = wide & ~grown  # the mask's outline is inexact by a few pixels
     if not shrunk.any() or not ring.any():
         return np.nan
     return float((np.median(disparity[shrunk]) - np.median(disparity[ring])) / max(high - low, 1e-9))

@@ -1,7 +1,7 @@
 """The network as a list of operators: convolutions, additions and upsamplings, the three operators of the library's 8-bit networks.
 
-The same list serves the float network below, the quantized one (quantize.py) and the export. The way down is MobileNet V2 (Sandler et al.,
-CVPR 2018) as far as 1/32 of the resolution, so that training can start from its features (backbone.py); the way up is dense 3 x 3
+The float network below, the quantized one (quantize.py) and the export share this list. The encoder is MobileNet V2 (Sandler et al.,
+CVPR 2018) down to 1/32 of the resolution, so that training can start from its features (backbone.py); the decoder is dense 3 x 3
 convolutions.
 """
 from collections import namedtuple
@@ -10,14 +10,14 @@ import torch
 import torch.nn as nn
 import torch.nn.functional as F
 
-# Tensors are named after the operator that makes them; the network's input is called "photo".
+# A tensor has the name of its operator; the network's input is "photo".
 Convolution = namedtuple("Convolution", "name input inputs outputs kernel stride depthwise relu normalized")
 Addition = namedtuple("Addition", "name a b")
 Enlargement = namedtuple("Enlargement", "name input")  # nearest upsampling by two
 
 
 class Builder:
-    """Lists operators; every method returns the name of its result."""
+    """Collects operators; every method returns the name of its result."""
 
     def __init__(self):
         self.operators, self.channels = [], {"photo": 3}
@@ -35,7 +35,7 @@ class Builder:
         return name
 
     def inverted_residual(self, name, x, outputs, expansion, stride, normalized=False):
-        """MobileNet V2's block. Not normalized by default: normalization is folded into the pretrained weights that it starts from."""
+        """Appends a MobileNet V2 block. Not normalized by default, because the pretrained weights contain the folded normalization."""
         y = x
         if expansion > 1:
             y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalized=normalized)
@@ -44,7 +44,7 @@ class Builder:
         return self.addition(name + ".sum", x, y) if stride == 1 and outputs == self.channels[x] else y
 
     def residual(self, name, x):
-        """Two dense 3 x 3 convolutions with a shortcut."""
+        """Appends two dense 3 x 3 convolutions with a shortcut."""
         y = self.convolution(name + ".first", x, self.channels[x], 3, relu=True)
         return self.addition(name + ".sum", x, self.convolution(name + ".second", y, self.channels[x], 3))
 
@@ -55,7 +55,7 @@ class Builder:
 
 
 STEM = 32
-# MobileNet V2: channels, expansion, and the strides of the blocks of each stage. Its last stage (320 channels) is left out.
+# MobileNet V2: channels, expansion, and the strides of the blocks of each stage. Without its last stage (320 channels).
 STAGES_DOWN = ((16, 1, (1,)), (24, 6, (2, 1)), (32, 6, (2, 1, 1)), (64, 6, (2, 1, 1, 1)), (96, 6, (1, 1, 1)), (160, 6, (2, 1, 1)))
 # Per level of the decoder, from full resolution to 1/32: channels and residual pairs.
 CHANNELS_UP = (8, 24, 48, 64, 96, 128)
@@ -81,7 +81,7 @@ def operators():
             y = b.addition(f"merge{level}", skip, y)
         for i in range(RESIDUALS_UP[level]):
             y = b.residual(f"refine{level}.{i}", y)
-    # A second path without a ReLU: with the ReLU alone, disparity was constant where all its channels were 0.
+    # The second path has no ReLU: with only the ReLU path, disparity was constant where all its channels were 0.
     detail = b.convolution("detail", b.convolution("last", y, CHANNELS_UP[0], 3, relu=True), 1, 3, normalized=False)
     b.addition("disparity", b.convolution("direct", y, 1, 3, normalized=False), detail)
     return b.operators
@@ -107,7 +107,7 @@ class Layer(nn.Module):
 
     @torch.no_grad()
     def folded(self):
-        """(weight, bias) of the convolution that equals this layer in evaluation mode."""
+        """Returns (weight, bias) of the convolution that equals this layer in evaluation mode."""
         if self.norm is None:
             return self.weight.clone(), self.bias.clone()
         factor = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
@@ -115,7 +115,7 @@ class Layer(nn.Module):
 
 
 def network(name):
-    """(operators, whether the last tensor is the logarithm of disparity) of "small", the student, or "paper", the published architecture"""
+    """Returns (operators, whether the result is log disparity) of "small", the student, or "paper", the published architecture."""
     if name == "paper":
         import tr_unet
         return tr_unet.operators(), True
@@ -131,7 +131,7 @@ class Student(nn.Module):
         super().__init__()
         self.operators, self.logarithmic = ops or operators(), logarithmic
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})
-        for op in self.operators:  # every normalized shortcut block starts as the identity
+        for op in self.operators:  # initializes every normalized shortcut block as the identity
             if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
         nn.init.constant_(self.layers["direct" if "direct" in self.layers else "disparity"].bias, -0.9 if logarithmic else 0.4)
@@ -159,12 +159,12 @@ class Student(nn.Module):
 
 
 def key(name):
-    """Converts a name to one that torch allows for a module."""
+    """Converts a name to a valid name of a torch module."""
     return name.replace(".", "_")
 
 
 def costs(height=288, width=384, ops=None):
-    """(parameters with folded normalization, multiplications) of a list of operators, for a photograph of that size"""
+    """Returns (parameters with folded normalization, multiplications) of a list of operators for a photograph of that size."""
     sizes, parameters, products = {"photo": height * width}, 0, 0
     for op in ops or operators():
         if isinstance(op, Convolution):

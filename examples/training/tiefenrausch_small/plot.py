@@ -1,4 +1,4 @@
-"""Draws the training's course from its log.
+"""Draws the training curves from the log.
 
     python3 plot.py LOG.tsv CURVE.png
 """
@@ -11,7 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 with open(sys.argv[1]) as file:
-    rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file, delimiter="\t")][1:]  # the first is the untrained network
+    rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file, delimiter="\t")][1:]  # the first row is the untrained network
 hours = [row["processor_hours"] for row in rows]
 figure, axes = plt.subplots(1, 3, figsize=(13, 3.6), constrained_layout=True)
 for axis, names, title in ((axes[0], ("data", "gradient"), "loss on augmented crops"), (axes[1], ("held_out_error", "held_out_gradient"), "error on held-out photographs"),

@@ -1,8 +1,8 @@
-"""Writes photographs and their labels as large files, which training maps into memory.
+"""Writes photographs and their labels to large files, which training maps into memory.
 
     python3 prepare.py --photos PHOTOS --raw RAW [--depth RGBD_FOLDER]... --out FOLDER
 
-RAW is what teachers.py wrote of PHOTOS. Photographs with measured depth (folders with manifest.json) get that as their label.
+RAW is the output of teachers.py for PHOTOS. The label of photographs with measured depth (folders with manifest.json) is that depth.
 """
 import argparse
 import functools
@@ -17,9 +17,9 @@ import numpy as np
 import labels
 import metrics
 
-LONG_SIDE = 480  # of the photographs that training reads
+LONG_SIDE = 480  # long side of the photographs that training reads
 LABEL_SIDE = 384
-MIN_FRONT, MAX_FRONT = 0.02, 0.6  # share of a photograph that an object to cut out may cover
+MIN_FRONT, MAX_FRONT = 0.02, 0.6  # range of an object's share of the photograph
 
 
 def read_color(path):
@@ -39,7 +39,7 @@ def stored(raw, which, name):
 
 
 def front_of(classes, label):
-    """Mask of an object to cut out: its largest connected component, if it is nearer than its surroundings."""
+    """Returns the mask of an object to cut out: its largest connected component, if it is nearer than its surroundings."""
     front = (classes > 0).astype(np.uint8)
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(front)
     if count < 2:
@@ -54,7 +54,7 @@ def front_of(classes, label):
 
 
 def labeled(path, raw):
-    """(name, source, photograph, disparity, mask of an object to cut out)"""
+    """Returns (name, source, photograph, disparity, mask of an object to cut out)."""
     name, photo = os.path.splitext(os.path.basename(path))[0], read_color(path)
     layout = labels.chosen(stored(raw, "teacher", name), stored(raw, "published", name))
     small = cv2.resize(photo, layout.shape[::-1], interpolation=cv2.INTER_AREA)
@@ -65,7 +65,7 @@ def labeled(path, raw):
 
 
 def photographs(folder, raw):
-    """The results of `labeled`, in order."""
+    """Yields the results of `labeled`, in order."""
     with multiprocessing.Pool() as pool:
         yield from pool.imap(functools.partial(labeled, raw=raw), [os.path.join(folder, file) for file in sorted(os.listdir(folder))])
 
@@ -77,14 +77,14 @@ def measured(folder):
         scale = min(1.0, LABEL_SIDE / max(label.shape))
         size = (round(label.shape[1] * scale), round(label.shape[0] * scale))
         label = labels.in_range(cv2.resize(label, size, interpolation=cv2.INTER_NEAREST))
-        source = "scene" if name.startswith("scene_") else "depth"  # of scenes.cpp, or measured
+        source = "scene" if name.startswith("scene_") else "depth"  # depth of scenes.cpp, or measured
         yield name, source, shrink(photo, LONG_SIDE), label, np.zeros(label.shape, np.uint8)
 
 
 def write(out, items):
-    """Writes what data.Library reads.
+    """Writes the files that data.Photographs reads.
 
-    items  (name, source, photograph, disparity, what may be cut out) of each photograph. Returns the entries of index.json."""
+    items  (name, source, photograph, disparity, mask of an object to cut out) per photograph. Returns the entries of index.json."""
     os.makedirs(out, exist_ok=True)
     entries, color_at, label_at = [], 0, 0
     with open(os.path.join(out, "colours.u8"), "wb") as colors, open(os.path.join(out, "labels.f16"), "wb") as values, \

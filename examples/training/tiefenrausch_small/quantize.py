@@ -1,8 +1,7 @@
-"""The student in the arithmetic of the library's 8-bit networks, trainable (quantization-aware training).
+"""Quantization-aware training of the student in the arithmetic of the library's 8-bit networks.
 
-Every tensor holds whole numbers: 8-bit values less their zero point. Sums of their products stay exact in float32 as long as they are
-below 2^24, which they are but for a few. Gradients pass through rounding as if it were not there, and stop at what is clipped.
-export.py has the same network in exact integers.
+Every tensor holds integers: 8-bit values minus their zero point. Sums of their products are exact in float32 below 2^24, which few sums
+exceed. Gradients pass through rounding unchanged, and are zero for clipped values. export.py has the same network in exact integers.
 """
 import numpy as np
 import torch
@@ -11,7 +10,7 @@ import torch.nn.functional as F
 
 from model import Addition, Convolution, Enlargement, key, operators
 
-PHOTO = (float(np.float32(1) / np.float32(255)), 0)  # scale and zero point of the network's input: 0 to 255 as they are
+PHOTO = (float(np.float32(1) / np.float32(255)), 0)  # scale and zero point of the network's input, bytes from 0 to 255
 
 
 class Round(torch.autograd.Function):
@@ -25,7 +24,7 @@ class Round(torch.autograd.Function):
 
 
 class Requantize(torch.autograd.Function):
-    """accumulator * factor, rounded and clipped to [low, high]. Works in place; clipped values pass no gradient."""
+    """accumulator * factor, rounded and clipped to [low, high]. Works in place; clipped values have no gradient."""
 
     @staticmethod
     def forward(ctx, accumulator, factor, low, high):
@@ -43,20 +42,20 @@ class Requantize(torch.autograd.Function):
 
 
 def scale_and_zero_point(low, high):
-    """The quantization that covers [low, high] and 0."""
+    """Returns the quantization that covers [low, high] and 0."""
     low, high = min(low, 0.0), max(high, 1e-6)
     scale = float(np.float32((high - low) / 255))
     return scale, int(min(255, max(0, round(-low / scale))))
 
 
 def weight_quantization(low, high, bits):
-    """Symmetric: weights less their zero point are signed bytes, which processors multiply three times faster than wider ones."""
+    """Symmetric: weights minus their zero point are signed bytes, which processors multiply three times faster than wider integers."""
     half = 2 ** (bits - 1)
     return float(np.float32(max(-low / half, high / (half - 1), 1e-9))), half
 
 
 def best_range(values):
-    """The (low, high) with the smallest error in 8 bits: a smaller range clips more, a larger one has coarser steps."""
+    """Returns the (low, high) with the minimum 8-bit error: a smaller range clips more, a larger one has coarser steps."""
     low, high = min(values.min().item(), 0.0), max(values.max().item(), 1e-6)
     best = None
     for share in np.linspace(0.3, 1.0, 29):
@@ -71,7 +70,7 @@ def best_range(values):
 
 @torch.no_grad()
 def find_ranges(student, batches):
-    """Quantization of every tensor, from the float network's values on some photographs."""
+    """Returns every tensor's quantization, from the float network's values on some photographs."""
     seen = {}
     for color in batches:
         tensors = {"photo": color}
@@ -90,7 +89,7 @@ def find_ranges(student, batches):
     for op in student.operators:
         ranges[op.name] = (ranges[op.input] if isinstance(op, Enlargement)
                            else scale_and_zero_point(*best_range(torch.cat(seen[op.name]))))
-    # with clipping, everything near would become one flat sheet
+    # clipping would flatten everything near to one sheet
     last = torch.cat(seen["disparity"])
     ranges["disparity"] = scale_and_zero_point(last.min().item() if student.logarithmic else 0.0, last.max().item())
     return ranges
@@ -120,7 +119,7 @@ class Quantized(nn.Module):
         return self
 
     def integers(self, op):
-        """(weights less zero point, scale, zero point, bias) of a convolution, whole numbers in float32"""
+        """Returns (weights minus zero point, scale, zero point, bias) of a convolution; integers stored as float32."""
         weight, bias = self.weights[key(op.name)], self.biases[key(op.name)]
         with torch.no_grad():
             scale, zero_point = weight_quantization(weight.min().item(), weight.max().item(), self.weight_bits)

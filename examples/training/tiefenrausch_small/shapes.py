@@ -1,13 +1,13 @@
-"""Pastes objects in front of a photograph, with a sharp step of disparity around them, so that the network learns silhouettes where the
-truth is exact."""
+"""Pastes objects in front of a photograph, with a sharp step of disparity around them, so that the network learns silhouettes from exact
+truth."""
 import cv2
 import numpy as np
 
-MIN_STEP, MAX_STEP = 0.04, 0.55  # of disparity, between the covered and the covering surface
+MIN_STEP, MAX_STEP = 0.04, 0.55  # step of disparity between the covered and the covering surface
 
 
 def relief(rng, size):
-    """Disparity of a surface, up to a constant: a slanted plane, or a bulge."""
+    """Returns the disparity of a surface, up to a constant: a slanted plane, or a bulge."""
     y, x = np.mgrid[-1:1:size[0] * 1j, -1:1:size[1] * 1j].astype(np.float32)
     slant = rng.normal(0, 0.04, 2)
     bulge = rng.uniform(0, 0.12) if rng.random() < 0.5 else 0.0
@@ -15,7 +15,7 @@ def relief(rng, size):
 
 
 def outline(rng, size):
-    """Opacity of a shape: an ellipse, a bar, a polygon or a blob."""
+    """Returns the opacity of a shape: an ellipse, a bar, a polygon or a blob."""
     height, width = size
     mask, kind = np.zeros(size, np.uint8), rng.integers(4)
     if kind == 0:
@@ -36,7 +36,7 @@ def outline(rng, size):
 
 
 def paste(rng, color, truth, cutting, disparity, opacity):
-    """Pastes a cutting (of data.Photographs.cutting) somewhere over a crop, nearer than the pixels that it covers. Changes color (H x W x 3 uint8) and
+    """Pastes a cutout (from data.Photographs.cutting) at a random place over a crop, nearer than the covered pixels. Changes color (H x W x 3 uint8) and
     truth (H x W, NaN where unknown) in place."""
     height, width = truth.shape
     scale = rng.uniform(0.25, 0.95) * max(height, width) / max(opacity.shape)
@@ -64,7 +64,7 @@ def paste(rng, color, truth, cutting, disparity, opacity):
     most = np.nanmax(truth)
     if most > 1:
         truth /= most
-    # harmonized: light and contrast of the cutting approach those of its new surroundings
+    # harmonizes light and contrast of the cutout with its new surroundings
     place, piece = color[inside].astype(np.float32), cutting[of_cutting].astype(np.float32)
     lean = rng.uniform(0, 0.7)
     piece = piece + lean * (place.mean((0, 1)) - piece[solid].mean(0))

@@ -1,11 +1,11 @@
-"""Writes other networks' estimates of photographs, one small file per photograph and network. Continues after an interruption.
+"""Writes other networks' estimates of photographs, one small file per photograph and network. Resumes an interrupted run.
 
     python3 teachers.py --photos PHOTOS --out RAW --teacher FOLDER             layout and detail: TCMonoDepth, small (teacher.py in FOLDER)
     python3 teachers.py --photos PHOTOS --out RAW --published FOLDER --estimate PROGRAM    the published Tiefenrausch, by estimate.cpp
-    python3 teachers.py --photos PHOTOS --out RAW --segmentation FOLDER        what may be cut out: DeepLab v3 (tflite_torch.py in FOLDER)
+    python3 teachers.py --photos PHOTOS --out RAW --segmentation FOLDER        objects to cut out: DeepLab v3 (tflite_torch.py in FOLDER)
 
 PHOTOS is a folder of photographs, or one with a manifest.json. RAW/teacher, RAW/published and RAW/masks hold NAME.npz: maps at a long side
-of 384, by the size at which the network saw the photograph.
+of 384, keyed by the network's input size.
 """
 import argparse
 import json
@@ -20,8 +20,8 @@ import torch
 from estimator import Estimator
 
 LABEL_SIDE = 384
-SHORT_SIDES = (192, 256, 384)  # at which the teacher sees a photograph
-LONG_SIDES = (224, 288)  # at which the published network sees it, beside its own 384
+SHORT_SIDES = (192, 256, 384)  # input sizes of the teacher
+LONG_SIDES = (224, 288)  # input sizes of the published network, besides its own 384
 SEGMENTATION_SIDE = 513
 
 

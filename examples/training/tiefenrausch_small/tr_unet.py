@@ -2,11 +2,11 @@
 
     python3 tr_unet.py --published FILE.safetensors --golden FOLDER [--check-training DATA]
 
-FILE is what convert.cpp writes of the published network; FOLDER holds NAME_384x288_rgb.npy and NAME_384x288_log_disparity_u8.npy. Loads the
-weights and prints how far the results are from these: in exact integers, in floating point, and in the 8 bits of the recipe, whose weights
-have the zero point 128. --check-training (DATA of prepare.py) continues with a few steps of training in 8 bits.
+FILE is the published network, written by convert.cpp; FOLDER holds NAME_384x288_rgb.npy and NAME_384x288_log_disparity_u8.npy, the golden
+results. Loads the weights and prints the differences to these: with exact integers, in float, and with the recipe's 8-bit training (weights
+with zero point 128). --check-training (DATA of prepare.py) continues with a few steps of training in 8 bits.
 
-train.py --network paper trains it, from nothing or from FILE (--weights).
+train.py --network paper trains this network, from random weights or from FILE (--weights).
 """
 import argparse
 import functools
@@ -18,7 +18,7 @@ from model import Builder, Convolution, Student, key
 # Channels and expansion per level, from full resolution to 1/32 (layers of the published files). Every stage has 3 blocks.
 DOWN = ((48, None), (40, 1), (56, 4), (80, 5), (64, 9), (96, 9))
 ACROSS = ((32, 1), (8, 1), (56, 4), (96, 5), (96, 9), (96, 9))
-UP = ((32, 1), (8, 4), (56, 5), (96, 9), (96, 9))  # what arrives at this level
+UP = ((32, 1), (8, 4), (56, 5), (96, 9), (96, 9))  # inputs of this level
 BLOCKS = 3
 
 
@@ -32,7 +32,7 @@ def tr_block(b, name, x, outputs, expansion, stride=1, enlarge=False):
 
 
 def stage(b, name, x, outputs, expansion, stride=1, enlarge=False):
-    """Three blocks; the first one changes resolution and channels. Expansions multiply the first block's input, and after it the output."""
+    """Appends three blocks; the first one changes resolution and channels. Expansion multiplies a block's input channels."""
     for i in range(BLOCKS):
         first = i == 0
         x = tr_block(b, f"{name}.{i}", x, outputs, expansion, stride if first else 1, enlarge and first)
@@ -40,7 +40,7 @@ def stage(b, name, x, outputs, expansion, stride=1, enlarge=False):
 
 
 def operators():
-    """Operators in the order of the published files."""
+    """Returns the operators in the order of the published files."""
     b = Builder()
     levels = [b.convolution("first", "photo", DOWN[0][0], 3, relu=True)]
     for level in range(1, 6):
@@ -71,7 +71,7 @@ def main():
     p.add_argument("--golden", required=True)
     p.add_argument("--check-training", metavar="DATA")
     p.add_argument("--steps", type=int, default=20)
-    p.add_argument("--photos", type=int, default=2, help="how many of the golden photographs")
+    p.add_argument("--photos", type=int, default=2, help="number of golden photographs")
     a = p.parse_args()
     torch.set_num_threads(1)
     torch.manual_seed(0)
@@ -84,7 +84,7 @@ def main():
     for path in sorted(glob.glob(os.path.join(a.golden, "*_384x288_rgb.npy")))[:a.photos]:
         photo, golden = np.load(path), np.load(path.replace("rgb", "log_disparity_u8")).squeeze().astype(int)
         color = torch.from_numpy(photo).permute(2, 0, 1)[None].float() / 255
-        if net is None:  # the photograph only tells the normalization what it has to undo; results do not depend on it
+        if net is None:  # the photograph only initializes normalization, which exporting removes again; results do not depend on it
             export.start_from(student, a.published, [color])
             student.eval()
             net = Quantized(ranges, ops=ops, logarithmic=True).take(student)
@@ -92,7 +92,7 @@ def main():
         input_bytes = np.clip(np.rint(photo / 255 / photo_scale) + photo_zero_point, 0, 255).astype(np.uint8)
         results = {"exact integers": export.Integers(tensors)(input_bytes).astype(int)}
         with torch.no_grad():
-            for name, network in (("float", student), ("8 bits of the recipe", net)):
+            for name, network in (("float", student), ("the recipe's 8 bits", net)):
                 results[name] = (network(color)[0, 0].log() / scale).numpy() + zero_point
             clips = [student.layers[key(op.name)].register_forward_hook(functools.partial(clipped, *ranges[op.name]))
                      for op in ops if isinstance(op, Convolution)]
@@ -116,7 +116,7 @@ def main():
             optimizer.step()
             seen.append(total.item())
         first, last = np.mean(seen[:4]), np.mean(seen[-4:])
-        export.Integers(export.tensors_of(net))  # refuses what the library would refuse
+        export.Integers(export.tensors_of(net))  # raises an error if the library would refuse the file
         print(f"training in 8 bits, {a.steps} steps on four batches: loss {first:.4f} before, {last:.4f} after")
         assert last < first
 

@@ -2,12 +2,12 @@
 
     python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite | --weights FILE.safetensors [--watch FOLDER]
 
-Everything lies in FOLDER: checkpoint.pt (all that is needed to go on; a second start with the same FOLDER does), log.tsv, snapshots.
-To steer it, make a file there:
+Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: a second start with the same FOLDER resumes
+the training. Create a file in FOLDER to control it:
 
-    stop    save and end. Delete the file and start again to go on.
-    hours   holds a number: processor hours that the schedule is to end after, instead of --hours; may change at any time
-    finish  come to the end of the schedule within the next 30 minutes of processor time (or as many as the file says)
+    stop    saves and ends. Delete the file and start again to resume.
+    hours   contains a number: the schedule's processor hours, instead of --hours; may change at any time
+    finish  completes the schedule within the next 30 minutes of processor time, or the number of minutes in the file
 """
 import argparse
 import copy
@@ -30,14 +30,14 @@ from model import Student
 from quantize import Quantized, find_ranges
 
 WARM_UP = 300  # steps
-# The schedule: (share of the processor time until then, pixels of a step, shapes of crops). Small crops first, all of a photograph last.
+# The schedule: (end as a share of the processor time, pixels per step, shapes of crops). Small crops first, whole photographs last.
 STAGES = (
     (0.30, 10 * 192 * 192, ((192, 192), (160, 224), (224, 160), (192, 224), (224, 192))),
     (0.60, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
     (1.00, 4 * 288 * 384, data.WHOLE),
 )
-QUANTIZED_FROM = 0.80  # share of the schedule in floating point; the rest is in 8 bits
-LAST = 0.70  # share of the schedule at which `finish` continues
+QUANTIZED_FROM = 0.80  # share of the schedule in floating point, before 8 bits
+LAST = 0.70  # share of the schedule to which `finish` jumps
 
 
 def rate_at(progress):
@@ -49,7 +49,7 @@ BACKBONE_RATE = 0.2  # factor of the learning rate for pretrained features, whic
 
 @torch.no_grad()
 def validate(net, batches):
-    """(mean error, loss of differences) against the labels of held-out photographs, each aligned by scale and shift."""
+    """Returns (mean error, loss of differences) against the labels of held-out photographs, each aligned by scale and shift."""
     errors, differences = [], []
     for color, truth, known in batches:
         y = net(color)
@@ -59,7 +59,7 @@ def validate(net, batches):
 
 
 class Watched:
-    """Photographs with depth of other data sets, which are not used in training."""
+    """Photographs with depth from data sets that training does not use."""
 
     def __init__(self, folder, most=60):
         pairs = list(metrics.read_pairs(folder)) if folder else []
@@ -67,7 +67,7 @@ class Watched:
 
     @torch.no_grad()
     def measure(self, net):
-        """{measure: mean}, of metrics.compare"""
+        """Returns {measure: mean} of metrics.compare."""
         found = []
         for photo, truth in self.pairs:
             color = torch.from_numpy(photo).permute(2, 0, 1)[None].float().div(255).contiguous(memory_format=torch.channels_last)
@@ -76,13 +76,13 @@ class Watched:
 
 
 class Run:
-    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimizer and the counts."""
+    """State of a checkpoint: the network, its running average (which is exported), the optimizer and the counts."""
 
     def __init__(self, network):
-        """network  its name, of model.network()"""
+        """network  name for model.network()"""
         self.network = network
-        self.step, self.samples, self.seconds, self.progress = 0, 0, 0.0, 0.0  # seconds of processor time
-        self.ranges = None  # quantization of the tensors, once there is one
+        self.step, self.samples, self.seconds, self.progress = 0, 0, 0.0, 0.0  # processor seconds
+        self.ranges = None  # quantization of the tensors; None during training in floating point
         self.use(Student(*model.network(network)))
 
     def use(self, net):
@@ -102,12 +102,12 @@ class Run:
         return Quantized(self.ranges, ops=ops, logarithmic=logarithmic)
 
     def quantize(self, batches):
-        """Continues in 8 bits, from the average of the float network."""
+        """Switches to 8 bits, from the average of the float network."""
         self.ranges = find_ranges(self.average, batches)
         self.use(self.quantized().take(self.average))
 
     def quantize_as(self, tensors):
-        """Goes on in 8 bits, with the quantization of a file's tensors."""
+        """Switches to 8 bits, with the quantization of a file's tensors."""
         self.ranges = export.ranges_of(tensors, self.net.operators)
         self.use(self.quantized().take(self.net))
 
@@ -157,7 +157,7 @@ class Run:
 
 
 class Schedule:
-    """The training's progress, 0 to 1, from the used processor time and the control files."""
+    """Training progress, 0 to 1, from the used processor time and the control files."""
 
     def __init__(self, folder, hours):
         self.folder, self.hours, self.hurry = folder, hours, None
@@ -190,8 +190,8 @@ def arguments():
     p.add_argument("--hours", type=float, default=6.0, help="processor hours of the whole schedule")
     p.add_argument("--network", choices=("small", "paper"), default="small", help="the architecture: the student's, or the published one")
     p.add_argument("--backbone", help="the TFLite file to start from (backbone.py)")
-    p.add_argument("--weights", help="the safetensors file of an earlier training to start from (paper: of convert.cpp; goes on in 8 bits); "
-                   "without either, from nothing")
+    p.add_argument("--weights", help="the safetensors file of an earlier training to start from (paper: output of convert.cpp; trains in 8 bits); "
+                   "default: random weights")
     p.add_argument("--watch", help="folder of photographs with depth (manifest.json) to measure on while training")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=os.cpu_count())
@@ -219,7 +219,7 @@ def main():
             known = photographs.calibration(np.random.default_rng(3))
             export.start_from(run.net, a.weights, known[:1] if a.network == "paper" else known)
         run.use(run.net)
-        if a.weights and a.network == "paper":  # its tensors rely on being clipped to 8 bits: in floating point it makes no sense
+        if a.weights and a.network == "paper":  # meaningless in floating point, because the network relies on clipped tensors
             run.quantize_as(export.read_safetensors(a.weights)[0])
     rng = np.random.default_rng([7, run.step])
     cv2.setRNGSeed(run.step)
@@ -246,7 +246,7 @@ def main():
         run.seconds = before + time.process_time() - processor
         progress = schedule.progress(run.seconds, run.progress)
         if run.ranges is not None:
-            progress = max(progress, QUANTIZED_FROM)  # 8 bits never return to floating point
+            progress = max(progress, QUANTIZED_FROM)  # training never returns from 8 bits to floating point
         run.progress = progress
         done = asked or progress >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > 900 or done:
@@ -262,7 +262,7 @@ def main():
                 if new:
                     log.write("\t".join(columns) + "\n")
                 log.write("\t".join(f"{v:.6g}" for v in columns.values()) + "\n")
-            # of wall-clock time, at the rate of processor time so far
+            # wall-clock minutes, at the previous rate of processor time
             left = (run.seconds / progress - run.seconds) * (time.time() - started) / (run.seconds - before) / 60 if progress > 0 else math.nan
             print(f"{time.strftime('%H:%M:%S')} step {run.step} ({100 * progress:.1f} %, {pace:.2f} steps/s, {left:.0f} min left)  "
                   + "  ".join(f"{n} {v:.4f}" for n, v in means.items()) + f"  held out: error {error:.4f}, gradient {difference:.4f}  watched: "
@@ -278,7 +278,7 @@ def main():
         if progress >= QUANTIZED_FROM and run.ranges is None:
             run.save(path("float.pt"))
             run.quantize(photographs.calibration(rng))
-            print(f"step {run.step}: on in 8 bits", flush=True)
+            print(f"step {run.step}: continues in 8 bits", flush=True)
         want(progress)
         rate = a.rate * min(1.0, (run.step - run.since + 1) / WARM_UP) * rate_at(progress)
         for name, value in run.learn(ahead.next(), rate).items():

@@ -1,25 +1,25 @@
 // The backdrop: the photo's farthest surfaces, blurred and continued past the photo's border, behind the whole model. A gap between
 // surfaces shows it instead of the clear color.
 //
-// The model is drawn once, small, from where the photo was taken, with the farthest surface in front. Mip levels of that picture
-// serve as the blur: inside the photo a fine one, where nothing was drawn and outside ever coarser ones.
+// The viewer draws the model once, at low resolution, from the photo's camera, with the farthest surface in front. Mip levels of this
+// picture provide the blur: a fine level inside the photo, coarser levels in empty areas and outside.
 
 import { Camera, HalfFloatType, LinearFilter, LinearMipmapLinearFilter, Mesh, PlaneGeometry } from "three";
 import { ShaderMaterial, UnsignedByteType, Vector2, WebGLRenderTarget } from "three";
 
 /** @typedef {import("./photo.js").Photo} Photo */
 
-/** The longer side of the small picture, in texels. */
+/** Long side of the small picture in texels. */
 const longSide = 256;
 
-/** Cells of the backdrop along each side. */
+/** Number of cells along each side of the backdrop. */
 const cells = 32;
 
-// Vertices fetch the colors: a renderer in software would fetch them for every pixel, seen or not.
+// Fetches colors per vertex, because a software renderer would fetch them for every pixel, visible or not.
 const vertexShader = `
     uniform sampler2D farthest;
-    uniform vec2 size; // of the picture, in texels
-    uniform vec3 emptyColor; // where the whole picture is empty
+    uniform vec2 size; // of the picture in texels
+    uniform vec3 emptyColor; // fallback where the picture is empty at all levels
     varying vec3 seenColor;
 
     vec3 blurred(vec2 place) {
@@ -31,10 +31,10 @@ const vertexShader = `
     }
 
     void main() {
-        // Small cells in the photo and a little around it, then ever larger ones: no window or headset looks past their end.
+        // Small cells in and around the photo, larger cells outside, so far that no window or headset shows their end.
         vec2 place = 0.6 * position.xy + 25.0 * sign(position.xy) * pow(abs(position.xy), vec2(41.0));
-        seenColor = blurred(0.5 + place); // the photo lies in [0, 1]
-        gl_Position = (projectionMatrix * modelViewMatrix * vec4(place, 0.0, 1.0)).xyww; // as far as can be: the model hides it
+        seenColor = blurred(0.5 + place); // the photo covers [0, 1]
+        gl_Position = (projectionMatrix * modelViewMatrix * vec4(place, 0.0, 1.0)).xyww; // maximum depth, so that the model hides it
     }`;
 
 const fragmentShader = `
@@ -50,13 +50,13 @@ export class Backdrop extends Mesh {
         const uniforms = { farthest: { value: null }, size: { value: new Vector2() }, emptyColor: { value: emptyColor } };
         super(new PlaneGeometry(2, 2, cells, cells), new ShaderMaterial({ uniforms, vertexShader, fragmentShader, depthWrite: false }));
         this.frustumCulled = false;
-        this.renderOrder = 3; // after all that is opaque, so that only gaps cost anything; soft edges blend over it
+        this.renderOrder = 3; // after opaque objects, so that only gaps are shaded; soft edges blend over it
         /** @type {WebGLRenderTarget | null} */
         this.picture = null;
     }
 
     /**
-     * Shows what is behind this photo.
+     * Draws the backdrop of this photo.
      *
      * @param {import("three").WebGLRenderer} renderer
      * @param {Photo} photo  its model not moved

@@ -2,24 +2,24 @@
 // derivation.
 
 /**
- * What the file says.
+ * The motion limits in the file.
  *
  * @typedef {object} Budget
- * @property {number} motion  by what share of the photo's longer side what is nearest may move against what is farthest
- * @property {number} nearest  the distances which that is said of; the photo itself need not reach them
+ * @property {number} motion  maximum parallax between the nearest and the farthest surface, as a share of the photo's long side
+ * @property {number} nearest  distances to which `motion` refers; the photo's surfaces may lie inside
  * @property {number} farthest
  * @property {number} halfWidth  half the photo's width at distance 1
  * @property {number} halfHeight
  */
 
 /**
- * @typedef {object} Position  of the viewer, from the place of the photo, in the photo's units; z towards the viewer
+ * @typedef {object} Position  of the viewer, relative to the photo's camera, in the photo's units; z points toward the viewer
  * @property {number} x
  * @property {number} y
  * @property {number} z
  */
 
-/** How near, of the way to what is nearest, one may come whatever the photo hides. */
+/** Maximum share of the distance to the nearest surface that a viewer may approach, regardless of hidden surfaces. */
 const closest = 0.99;
 
 /** @param {any} extras  of the file's scene @returns {Budget | null} */
@@ -28,14 +28,14 @@ export function readBudget({ motion, nearest, farthest }, halfWidth, halfHeight)
     return isGiven ? { motion, nearest, farthest, halfWidth, halfHeight } : null;
 }
 
-/** What a viewer there uncovers but for the factor that comes with going in, as a share of the photo's longer side. */
+/** Returns the parallax at a position without the factor of approaching, as a share of the photo's long side. */
 function across({ x, y, z }, { halfWidth, halfHeight, nearest, farthest }) {
     const moved = Math.hypot(Math.abs(x) + Math.abs(z) * halfWidth, Math.abs(y) + Math.abs(z) * halfHeight);
     return (moved * (1 / nearest - 1 / farthest)) / (2 * Math.max(halfWidth, halfHeight));
 }
 
 /**
- * By what share of the photo's longer side a viewer there moves what is nearest against what is farthest, where that is most.
+ * Returns the maximum parallax between the nearest and the farthest surface at a position, as a share of the photo's long side.
  *
  * @param {Position} position
  * @param {Budget} budget
@@ -45,13 +45,13 @@ export function motionOf(position, budget) {
     return forward < budget.nearest ? (across(position, budget) * budget.nearest) / (budget.nearest - forward) : Infinity;
 }
 
-/** How far a viewer may go sideways. @param {Budget} budget */
+/** Returns the maximum sideways distance. @param {Budget} budget */
 export function asideWithin({ motion, nearest, farthest, halfWidth, halfHeight }) {
     return (2 * motion * Math.max(halfWidth, halfHeight)) / (1 / nearest - 1 / farthest);
 }
 
 /**
- * The place nearest to `position`, on the way there, that uncovers no more than the photo has.
+ * Returns the position nearest to `position`, on the way there, that is within the budget.
  *
  * @param {Position} position
  * @param {Budget | null} budget

@@ -1,8 +1,8 @@
-// Refuses GLB files that would cost the page more than a photo should, or make it ask other servers for something.
+// Refuses GLB files that need more resources than a photo should, or would request files from other servers.
 
 const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_000_000 };
 
-/** @param {ArrayBuffer} bytes  a GLB file. Throws an error with a message for people. */
+/** @param {ArrayBuffer} bytes  a GLB file. Throws an error with a message for users. */
 export function checkGlb(bytes) {
     const view = new DataView(bytes);
     if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is no GLB file."); // "glTF"
@@ -29,7 +29,7 @@ export function checkGlb(bytes) {
     checkImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(28 + length, bytes.byteLength)));
 }
 
-/** Every node has one parent at most, and none is its own ancestor. */
+/** Checks that every node has at most one parent, and that no node is its own ancestor. */
 function checkNodes(nodes) {
     if (nodes.length > limits.nodes) throw new Error("It has too many nodes.");
     const parents = new Map();
@@ -53,7 +53,7 @@ function checkImages(images, bufferViews, binary) {
     }
 }
 
-/** The width and height that a PNG, JPEG or WebP file states; 0 of others, which the browser judges. */
+/** Returns the width and height in a PNG, JPEG or WebP file; 0 for other files, which the browser checks. */
 function sizeOfPicture(file) {
     const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
     if (file.length >= 30 && view.getUint32(0) === 0x89504e47) return [view.getUint32(16), view.getUint32(20)];
@@ -61,7 +61,7 @@ function sizeOfPicture(file) {
         const kind = String.fromCharCode(...file.subarray(12, 16));
         const u24 = (at) => view.getUint16(at, true) + 65536 * file[at + 2];
         if (kind === "VP8X") return [1 + u24(24), 1 + u24(27)];
-        return [0, 0]; // the other kinds reach 16,384 pixels at most
+        return [0, 0]; // other formats have at most 16,384 pixels per side
     }
     if (file.length >= 4 && view.getUint16(0) === 0xffd8)
         for (let at = 2; at + 9 < file.length; at += 2 + view.getUint16(at + 2)) {

@@ -1,8 +1,8 @@
-// Builds what the element shows. No HTML text: a page may forbid it (Trusted Types).
+// Builds the element's tree without HTML text, which a page may forbid (Trusted Types).
 
 /**
- * @param {string} name  of an element
- * @param {Record<string, string | boolean>} attributes  true: without a value; false: none
+ * @param {string} name  tag name
+ * @param {Record<string, string | boolean>} attributes  true: attribute without a value; false: no attribute
  * @param {...(Node | string)} children
  */
 export function make(name, attributes = {}, ...children) {
@@ -40,7 +40,7 @@ export function makeButton(name, label) {
 const helpText =
     "Arrow keys look around, plus and minus zoom, Home leads back to where the photo was taken, F fills the screen.";
 
-/** The element's own tree. @returns {Record<string, HTMLElement>} its parts, by id */
+/** Builds the element's tree. @returns {Record<string, HTMLElement>} its parts by id */
 export function makeParts(root) {
     const canvas = make("canvas", { id: "canvas", part: "canvas", hidden: true });
     const poster = make("img", { id: "poster", part: "poster", alt: "", draggable: "false", hidden: true });

@@ -13,18 +13,18 @@ import { stage } from "./stage.js";
 import { askForTilt, listenToTilt, mustAskForTilt, stopListeningToTilt } from "./tilt.js";
 import { View } from "./view.js";
 
-/** Canvases of more pixels cost more than they show. */
+/** Maximum number of pixels of a canvas; more have no visible effect. */
 const maxPixels = 6_000_000;
 
-/** Seconds until the buttons over a photo that is alone on the screen disappear. */
+/** Seconds until the buttons over a full-screen photo disappear. */
 const quietSeconds = 3;
 
-/** A screen of at most this width / height is covered by a photo that would fill less than a share of it. */
+/** On a screen of at most this width / height, a photo that would fill less than a share of the screen covers it. */
 const upright = { aspect: 0.7, share: 0.8 };
 
 let sheet;
 const isReduced = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
-const Base = globalThis.HTMLElement ?? class {}; // where there are no pages, the module can be imported all the same
+const Base = globalThis.HTMLElement ?? class {}; // allows imports outside browsers, where there are no pages
 
 export class Photo3D extends Base {
     static observedAttributes = ["src", "poster", "alt", "caption", "width", "height", "fit", "sway", "standalone", "frame", "loading"];
@@ -42,7 +42,7 @@ export class Photo3D extends Base {
     /** The photo's width / height, once known. */
     #aspect = 0;
     #isNear = false;
-    /** The load that is under way or has ended; another one replaces it. @type {{source: string | null, abort: AbortController} | null} */
+    /** The current or last load; a new load replaces it. @type {{source: string | null, abort: AbortController} | null} */
     #load = null;
     #swayedSource = "";
     #isOver = false;
@@ -110,7 +110,7 @@ export class Photo3D extends Base {
         }
         if (name === "alt") {
             photo.setAttribute("aria-label", value || "3D photo");
-            photo.tabIndex = value === "" ? -1 : 0; // a decoration
+            photo.tabIndex = value === "" ? -1 : 0; // decorative
             photo.setAttribute("role", value === "" ? "presentation" : "img");
         }
         if (name === "caption") {
@@ -124,12 +124,12 @@ export class Photo3D extends Base {
 
     // Properties
 
-    /** Whether the photo has the screen for itself. */
+    /** Whether the photo fills the screen. */
     get isAlone() {
         return this.#isOver || this.hasAttribute("standalone") || this.matches(":fullscreen");
     }
 
-    /** Whether the 3D photo is on the screen, in place of its poster. */
+    /** Whether the 3D photo has replaced its poster on the screen. */
     get complete() {
         return this.#parts.box.classList.contains("drawn");
     }
@@ -142,10 +142,10 @@ export class Photo3D extends Base {
     // Methods
 
     /**
-     * Shows a GLB file that the page has in memory.
+     * Shows a GLB file in memory.
      *
      * @param {ArrayBuffer} bytes
-     * @returns {Promise<void>} when it is on the screen. Rejects if it can't be shown.
+     * @returns {Promise<void>} resolves when the photo is on the screen; rejects if it can't be shown
      */
     async show(bytes) {
         this.#load?.abort.abort();
@@ -164,19 +164,19 @@ export class Photo3D extends Base {
         this.#parts.photo.focus(options);
     }
 
-    /** Leads back to the photo's viewpoint, without magnification. */
+    /** Resets the viewer to the photo's viewpoint, without magnification. */
     reset() {
         this.#input.reset();
         stage.request();
     }
 
-    /** Lets the sway begin again. */
+    /** Restarts the sway. */
     sway() {
         this.#motion.forget();
         stage.request();
     }
 
-    /** Moves the viewer; 1 is as far as the photo allows. @param {Partial<import("./frame.js").Reach>} reach */
+    /** Moves the viewer; 1 is the photo's limit. @param {Partial<import("./frame.js").Reach>} reach */
     lookFrom({ right = 0, up = 0, forward = 0 }) {
         this.#motion.reset();
         this.#motion.drag(right, up);
@@ -184,7 +184,7 @@ export class Photo3D extends Base {
         stage.request();
     }
 
-    /** Fills the screen. Where the browser can't (iPhones), the element covers the page. */
+    /** Fills the screen. In browsers that can't (iPhones), the element covers the page. */
     async enterFullscreen() {
         if (this.requestFullscreen && document.fullscreenEnabled) return this.requestFullscreen();
         this.#isOver = true;
@@ -197,12 +197,12 @@ export class Photo3D extends Base {
         this.#aloneChanged();
     }
 
-    /** Offers the page's address to other programs, or copies it; a page from the disk saves its photo instead. */
+    /** Shares or copies the page's address; a page opened from the disk saves its photo instead. */
     async share() {
         if (!this.dispatchEvent(new CustomEvent("share", { cancelable: true }))) return;
         const url = location.href;
         const title = this.getAttribute("caption") || document.title;
-        if (navigator.share && /^https?:/.test(url)) return navigator.share({ title, url }).catch(() => {}); // the person thought better of it
+        if (navigator.share && /^https?:/.test(url)) return navigator.share({ title, url }).catch(() => {}); // the user canceled
         try {
             await navigator.clipboard.writeText(url);
             this.#say("The address is copied.", 3);
@@ -211,19 +211,19 @@ export class Photo3D extends Base {
         }
     }
 
-    /** What is seen now. */
+    /** The current state of the view. */
     state() {
         return this.#view.state();
     }
 
-    /** Shows or hides the backdrop, to see the gaps of the mesh. */
+    /** Shows or hides the backdrop, which reveals the gaps of the mesh. */
     setBackdrop(isVisible) {
         this.#view.backdrop.visible = isVisible;
         this.#view.needsDrawing = true;
         stage.request();
     }
 
-    /** Work done for all photos of the page, and memory in use on the graphics card. */
+    /** Counts of the work for all photos of the page, and the graphics memory in use. */
     static statistics() {
         return stage.statistics();
     }
@@ -245,10 +245,10 @@ export class Photo3D extends Base {
         else this.#release();
     }
 
-    /** Forgets the photo, which src brings back. */
+    /** Frees the photo, which src loads again. */
     #release() {
         withdraw(this.#waiting);
-        if (!this.#load || this.#load.source === null) return; // the page alone knows it
+        if (!this.#load || this.#load.source === null) return; // only the page can load this photo again
         this.#load.abort.abort();
         this.#load = null;
         this.#view.release();
@@ -293,7 +293,7 @@ export class Photo3D extends Base {
             const photo = await readPhoto(await fetchGlb(source, signal));
             if (signal.aborted) return disposeOf(photo);
             await this.#show(photo);
-            if (source === this.#swayedSource) this.#motion.reset(); // a photo that comes back in sight sways no more
+            if (source === this.#swayedSource) this.#motion.reset(); // a photo that returns into view does not sway again
             this.#swayedSource = source;
         } catch (failure) {
             if (!signal.aborted) this.#fail(failure);
@@ -301,7 +301,7 @@ export class Photo3D extends Base {
     }
 
     #fail(error) {
-        const isPicture = error.name === "NotSupportedError" && this.#hasPoster() && !this.isAlone; // without WebGL, a page shows pictures
+        const isPicture = error.name === "NotSupportedError" && this.#hasPoster() && !this.isAlone; // without WebGL, a page shows posters
         if (!isPicture) this.#say(`This 3D photo can't be shown. ${error.message}`);
         this.dispatchEvent(new ErrorEvent("error", { error, message: error.message }));
     }
@@ -343,7 +343,7 @@ export class Photo3D extends Base {
         return this.#aspect || (given > 0 && given < Infinity ? given : 0) || poster.naturalWidth / poster.naturalHeight || slotted?.naturalWidth / slotted?.naturalHeight || 4 / 3;
     }
 
-    /** Whether the photo covers its box, and whether a button changes that. */
+    /** Updates whether the photo covers its box, and whether a button toggles this. */
     #cover(aspect, boxAspect) {
         const fit = this.getAttribute("fit");
         const filled = Math.min(aspect / boxAspect, boxAspect / aspect);
@@ -351,7 +351,7 @@ export class Photo3D extends Base {
         return { isCovered: this.#coverChoice ?? isUsual, isOffered: this.isAlone && filled < 0.98 };
     }
 
-    /** Gives photo and canvas their places and sizes. */
+    /** Sets position and size of photo and canvas. */
     #layout() {
         if (!this.isConnected) return;
         const { box, photo, fit } = this.#parts;
@@ -377,7 +377,7 @@ export class Photo3D extends Base {
         stage.request();
     }
 
-    /** In a page that scrolls, the photo moves with its place in the window. */
+    /** Moves the photo by its position in the window of a scrolling page. */
     #follow() {
         if (this.isAlone) return this.#motion.scroll(0);
         const { top, height } = this.#parts.box.getBoundingClientRect();
@@ -390,7 +390,7 @@ export class Photo3D extends Base {
         box.classList.toggle("alone", isAlone);
         box.classList.toggle("over", this.#isOver);
         this.#input.setAlone(isAlone);
-        // Alone on the screen, the photo takes all keys; in a page, only those that are pressed on it.
+        // A full-screen photo handles all keys; a photo in a page, only those pressed on it.
         box.removeEventListener("keydown", this.#pressed);
         removeEventListener("keydown", this.#pressed);
         if (this.isConnected) (isAlone ? globalThis : box).addEventListener("keydown", this.#pressed);
@@ -401,7 +401,7 @@ export class Photo3D extends Base {
         }
         const isFull = this.#isOver || this.matches(":fullscreen");
         setIcon(fullscreen, isFull ? "leave" : "fullscreen", isFull ? "Leave full screen" : "Full screen");
-        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // it fills all that it can have
+        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // the element already has its maximum size
         reset.hidden = share.hidden = !isAlone;
         caption.hidden = !isAlone || !caption.textContent;
         tilt.hidden = !isAlone || !mustAskForTilt() || isReduced();
@@ -420,7 +420,7 @@ export class Photo3D extends Base {
         stage.request();
     }
 
-    /** Shows the buttons, for a while. */
+    /** Shows the buttons for some seconds. */
     #keepQuiet() {
         clearTimeout(this.#quiet);
         this.#parts.box.classList.remove("quiet");
@@ -475,7 +475,7 @@ export class Photo3D extends Base {
     }
 }
 
-/** Attributes that are properties, too. */
+/** Attributes that are also properties. */
 for (const name of ["src", "poster", "alt", "caption", "fit", "loading"])
     Object.defineProperty(Photo3D.prototype, name, {
         get() {

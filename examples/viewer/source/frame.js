@@ -1,9 +1,9 @@
 // The frame that hides the outer boundary of the photo, and the limits that follow from it ("Viewing 3D Photos" in the paper: "a 3D
-// model viewed through a 2D frame"). Where surfaces go on past the photo's border (include/ldi/occlusion/past_frame.hpp) it shows the
-// whole photo, and the viewer may use the whole budget.
+// model viewed through a 2D frame"). If surfaces continue past the photo's border (include/ldi/occlusion/past_frame.hpp), the frame shows
+// the whole photo, and the viewer may use the whole budget.
 //
-// On a flat screen the edge of the canvas is the frame. It is fixed to the photo at the distance of the *pivot*: what is as far as
-// the pivot stays where it is on the screen when the viewer moves sideways, nearer things move one way, farther things the other.
+// On a flat screen, the edge of the canvas is the frame. It is fixed to the photo at the distance of the *pivot*: surfaces at this distance
+// stay in place on the screen when the viewer moves sideways; nearer and farther surfaces move in opposite directions.
 
 import { Color, DoubleSide, Group, Mesh, MeshBasicMaterial, Path, PlaneGeometry, ShaderMaterial, Shape, ShapeGeometry } from "three";
 
@@ -12,7 +12,7 @@ import { asideWithin, motionOf, withinMotion } from "./budget.js";
 /** @typedef {import("./photo.js").Photo} Photo */
 
 /**
- * A place of the viewer, in units of how far they may go: (0, 0, 0) is where the photo was taken.
+ * A position of the viewer in units of the motion limits; (0, 0, 0) is the photo's camera.
  *
  * @typedef {object} Reach
  * @property {number} right
@@ -20,78 +20,78 @@ import { asideWithin, motionOf, withinMotion } from "./budget.js";
  * @property {number} forward
  */
 
-/** The share of the hidden border that moving sideways may use up; the rest is for moving back. */
+/** Share of the hidden border for sideways motion; the rest is for moving back. */
 const sideways = 0.75;
 
-/** How far the viewer comes in at `forward` 1, as a share of the distance of the nearest surface. */
+/** Distance that the viewer approaches at `forward` 1, as a share of the nearest surface's distance. */
 const wayIn = 0.22;
 
-/** The hidden share of each side of a photo whose surfaces end at its border: of its width left and right, of its height above and below. */
+/** Hidden share of a photo whose surfaces end at its border: of its width on the left and right, of its height at the top and bottom. */
 export const croppedBorder = 0.034;
 
-/** Between these lengths of the way the model fades when a head leaves what there is to see. A flat screen never goes so far. */
+/** The model fades between these reaches, when a head leaves the limits of the photo. A flat screen never goes so far. */
 const fading = { begin: 0.7, end: 1 };
 
-/** @param {number} reach  see headReach(). @returns {number} 1: all there, 0: gone */
+/** @param {number} reach  see headReach(). @returns {number} 1: opaque, 0: invisible */
 export function headVisibility(reach) {
     const t = Math.min(Math.max((fading.end - reach) / (fading.end - fading.begin), 0), 1);
     return t * t * (3 - 2 * t);
 }
 
-/** The window on a flat screen. Lengths are in the photo's units. */
+/** The frame on a flat screen. Lengths are in the photo's units. */
 export class FlatFrame {
     /** @param {Photo} photo */
     constructor(photo) {
         this.budget = photo.budget;
         const halfWidth = photo.halfHeight * photo.aspect;
         const hidden = photo.isPastFrame || !photo.fillsView ? 0 : croppedBorder;
-        /** The border along the longer sides, which limits the motion in every direction. */
+        /** Width of the border along the longer sides, which limits the motion in every direction. */
         const border = 2 * croppedBorder * Math.min(halfWidth, photo.halfHeight);
         this.aspect = photo.aspect;
-        /** Half the size of what is seen, at distance 1. */
+        /** Half the visible size at distance 1. */
         this.halfWidth = halfWidth * (1 - 2 * hidden);
         this.halfHeight = photo.halfHeight * (1 - 2 * hidden);
-        /** In the middle of the disparities, so that the nearest and the farthest move equally far. */
+        /** The mean disparity, so that the nearest and the farthest surface move equally far. */
         const { nearest, farthest } = photo.isPastFrame ? photo.budget : photo;
         this.pivot = 2 / (1 / nearest + 1 / farthest);
-        /** A step aside by `farthestAside` moves the nearest and the farthest surface by what the border has to spare. */
+        /** Moving sideways by `farthestAside` moves the nearest and the farthest surface by the border's share for it. */
         this.farthestAside = photo.isPastFrame ? asideWithin(photo.budget) : (sideways * border) / (1 / nearest - 1 / this.pivot);
-        // A photo without depth would otherwise let the viewer see its side.
+        // Otherwise the viewer could see a photo without depth from the side.
         this.farthestAside = Math.min(this.farthestAside, 0.35 * this.pivot);
         this.farthestIn = wayIn * photo.nearest;
-        /** A step back by `farthestBack` shrinks the nearest surface by what the border has left. */
+        /** Moving back by `farthestBack` shrinks the nearest surface by the rest of the border. */
         this.farthestBack = (photo.nearest * (1 - sideways) * border) / Math.max(halfWidth, photo.halfHeight);
         if (photo.isPastFrame) this.farthestBack = this.farthestIn;
-        /** Whether going back, too, leaves the frame on the photo's border at the pivot. */
+        /** Whether the frame stays on the photo's border at the pivot when the viewer moves back. */
         this.keepsPhotoInFrame = photo.isPastFrame;
         this.near = 0.05 * photo.nearest;
         this.far = 10 * photo.farthest;
     }
 
-    /** The position of the viewer. @param {Reach} reach */
+    /** Returns the position of the viewer. @param {Reach} reach */
     position({ right, up, forward }) {
         const away = forward > 0 ? -forward * this.farthestIn : -forward * this.farthestBack;
         return withinMotion({ x: right * this.farthestAside, y: up * this.farthestAside, z: away }, this.budget);
     }
 
-    /** The angles that the viewer has gone around the pivot, in degrees. @param {Reach} reach */
+    /** Returns the viewer's angles around the pivot in degrees. @param {Reach} reach */
     angles(reach) {
         const { x, y } = this.position(reach);
         const degrees = (aside) => (Math.atan2(aside, this.pivot) * 180) / Math.PI;
         return { horizontal: degrees(x), vertical: degrees(y) };
     }
 
-    /** The share of the photo's longer side by which the nearest surface has moved against the farthest; null where the file gives no limit. @param {Reach} reach */
+    /** Returns the parallax between the nearest and the farthest surface as a share of the photo's long side; null if the file has no limit. @param {Reach} reach */
     motion(reach) {
         return this.budget && motionOf(this.position(reach), this.budget);
     }
 
     /**
-     * Puts the camera where the viewer is, and has it look through the window from there.
+     * Moves the camera to the viewer, and sets its frustum to the frame.
      *
      * @param {import("three").PerspectiveCamera} camera
      * @param {Reach} reach
-     * @param {{left: number, right: number, bottom: number, top: number}} edges  the part of the window that is shown, see Pane
+     * @param {{left: number, right: number, bottom: number, top: number}} edges  the visible part of the frame, see Pane
      */
     aim(camera, reach, edges) {
         const { x, y, z } = this.position(reach);
@@ -114,7 +114,7 @@ export class FlatFrame {
     }
 }
 
-/** Something dark over all that the camera sees, for the model to fade into. Works for a screen and for both eyes. */
+/** A dark veil over the camera's whole view, into which the model fades. Works for a screen and for both eyes. */
 export class Veil extends Mesh {
     /** @param {Color} color */
     constructor(color) {
@@ -134,7 +134,7 @@ export class Veil extends Mesh {
         this.setVisibility(1);
     }
 
-    /** @param {number} visibility  of what is behind, 1 to 0 */
+    /** @param {number} visibility  of the surfaces behind, 1 to 0 */
     setVisibility(visibility) {
         this.material.uniforms.opacity.value = 1 - visibility;
         this.visible = visibility < 1;
@@ -142,7 +142,7 @@ export class Veil extends Mesh {
 }
 
 /**
- * The frame in a headset: a dark wall with an opening, in front of all that the photo shows, and a lighter rim around the opening.
+ * The frame in a headset: a dark wall with an opening, in front of all surfaces of the photo, and a lighter rim around the opening.
  *
  * @param {Photo} photo
  * @param {Color} wallColor
@@ -158,7 +158,7 @@ export function headsetFrame(photo, wallColor) {
     frame.add(border(halfWidth, halfHeight, rim, new Color(0x3a3c44)));
     frame.add(border(halfWidth + rim, halfHeight + rim, 50 * Math.max(halfWidth, halfHeight), wallColor));
     frame.position.z = -distance;
-    for (const part of frame.children) part.renderOrder = 2; // after the veil: the frame stays when the model fades
+    for (const part of frame.children) part.renderOrder = 2; // after the veil, so that the frame stays when the model fades
     return frame;
 }
 

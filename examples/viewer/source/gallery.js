@@ -1,4 +1,4 @@
-// The page of photo3d --batch --gallery: every photo of the run as an element, failures as texts, and a search through both.
+// The page of photo3d --batch --gallery: an element per photo, a text per failure, and a search in both.
 
 import "./element.js";
 
@@ -6,7 +6,7 @@ const element = (id) => document.getElementById(id);
 
 /** @type {{title: string, src?: string, poster?: string, page?: string, error?: string}[]} */
 const photos = JSON.parse(element("photos")?.textContent ?? "[]");
-const isFromDisk = location.protocol === "file:"; // where browsers read no GLB files
+const isFromDisk = location.protocol === "file:"; // browsers read no GLB files from the disk
 
 function make(name, properties, ...children) {
     const made = Object.assign(document.createElement(name), properties);

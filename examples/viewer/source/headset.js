@@ -1,27 +1,27 @@
-// Headsets, through WebXR: stereo by three.js, the head's motion one to one, and a neck where a headset knows only how it is turned.
+// Headsets, through WebXR: stereo by three.js, the head's motion one to one, and a neck model for headsets that track only rotation.
 
 import { Quaternion, Vector3 } from "three";
 import { motionOf } from "./budget.js";
 
-/** From where the neck turns to between the eyes, in meters, facing -z. */
+/** Offset from the neck's pivot to the point between the eyes in meters, facing -z. */
 const neckToEyes = new Vector3(0, 0.075, -0.08);
 
-/** Half the distance between two eyes, in meters: what a head that rests uses of the photo's motion. */
+/** Half the distance between the eyes in meters: the motion that a resting head uses. */
 const halfEyeDistance = 0.032;
 
-/** How far a head may go where the file does not say, as a share of the distance of the nearest surface. */
+/** Limit of a head's motion if the file has none, as a share of the nearest surface's distance. */
 const headRoom = 0.4;
 
 /** Follows one session's head. Positions are in meters. */
 export class Head {
     constructor() {
-        /** The first pose: where the photo is to be seen from. @type {{position: Vector3, turn: Quaternion} | null} */
+        /** The first pose, which becomes the photo's viewpoint. @type {{position: Vector3, turn: Quaternion} | null} */
         this.home = null;
-        /** Where the origin of the photo is to be put, for the head to see it from where it should. */
+        /** Position of the photo's origin that puts the head at its viewpoint. */
         this.photoPosition = new Vector3();
-        /** The turn of the photo about the vertical, towards where the head looked at first. */
+        /** Rotation of the photo about the vertical axis, toward the head's first direction. */
         this.photoTurn = new Quaternion();
-        /** Where the head is, from where the photo was taken. */
+        /** Position of the head relative to the photo's camera. */
         this.moved = new Vector3();
     }
 
@@ -36,12 +36,12 @@ export class Head {
             this.photoTurn.setFromAxisAngle(new Vector3(0, 1, 0), Math.atan2(-ahead.x, -ahead.z));
         }
         const moved = pose.emulatedPosition ? this.neckMotion(turn) : position.clone().sub(this.home.position);
-        // The camera is where the headset says. Where it should be elsewhere, the photo moves instead.
+        // The headset determines the camera's position, so any correction moves the photo instead.
         this.photoPosition.copy(position).sub(moved);
         this.moved.copy(moved).applyQuaternion(this.photoTurn.clone().invert());
     }
 
-    /** How the eyes move when the head turns on the neck: "rotating the head to the left also translates the eyes leftward". */
+    /** Returns the eyes' translation when the head turns on the neck: "rotating the head to the left also translates the eyes leftward". */
     neckMotion(turn) {
         return neckToEyes.clone().applyQuaternion(turn).sub(neckToEyes.clone().applyQuaternion(this.home.turn));
     }
@@ -56,8 +56,8 @@ export async function hasHeadset() {
 export const requestHeadset = () => navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local"] });
 
 /**
- * How far the head has gone: at 1 an eye sees as much as the photo has hidden surfaces for. What two eyes use at rest counts as
- * nothing, and as no more than half of all: very near things cannot be seen with two eyes otherwise.
+ * Returns the head's motion relative to its limit; at 1, an eye sees all hidden surfaces. Does not count the motion of two resting eyes,
+ * up to half of the limit, so that very near surfaces stay visible with two eyes.
  *
  * @param {Head} head
  * @param {import("./photo.js").Photo} photo

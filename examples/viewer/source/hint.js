@@ -4,7 +4,7 @@ const key = "photo-3d-hint";
 const seconds = 6;
 let isShown = false;
 
-/** Storage is refused to some pages: sandboxed frames, private windows. */
+/** Some pages have no storage: sandboxed frames, private windows. */
 function wasSeen() {
     try {
         return localStorage.getItem(key) !== null;
@@ -13,14 +13,14 @@ function wasSeen() {
     }
 }
 
-/** Notes that the person knows how to look around. */
+/** Stores that the user knows how to look around. */
 export function noteUse() {
     if (isShown === "used") return;
     isShown = "used";
     try {
         localStorage.setItem(key, "seen");
     } catch {
-        // then the hint comes again
+        // the hint will appear again
     }
 }
 

@@ -1,16 +1,16 @@
-// Mouse, fingers, wheel and keys, handed on to the motion and to the pane. In a page with other things the wheel, the vertical finger and
-// two fingers belong to the page; alone on the screen the photo takes them all.
+// Forwards mouse, touch, wheel and keys to the motion and to the pane. In a page with other content, the page handles the wheel, vertical
+// drags and two fingers; a full-screen photo handles all of them.
 
 /** @typedef {import("./motion.js").Motion} Motion */
 /** @typedef {import("./pane.js").Pane} Pane */
 
-/** A drag over this share of the photo's width goes as far as one should. */
+/** A drag over this share of the photo's width reaches the motion limit. */
 const dragShare = 0.4;
 
-/** Pixels of wheel for twice the size. */
+/** Wheel pixels that double the size. */
 const wheelPixels = 400;
 
-/** Two taps within this time and distance are a double tap. A finger that moves by more than `moved` pixels does not tap. */
+/** Two taps within this time and distance are a double tap. A finger that moves more than `moved` pixels does not tap. */
 const doubleTap = { milliseconds: 300, pixels: 30, moved: 8, zoom: 2.5 };
 
 const keySteps = {
@@ -32,12 +32,12 @@ export class Input {
      * @param {HTMLElement} parts.photo  the element that shows the photo
      * @param {Motion} parts.motion
      * @param {Pane} parts.pane
-     * @param {() => boolean} parts.isAlone  whether the photo has the screen for itself
+     * @param {() => boolean} parts.isAlone  whether the photo fills the screen
      * @param {() => void} parts.changed  called after every input
      */
     constructor({ photo, motion, pane, isAlone, changed }) {
         Object.assign(this, { photo, motion, pane, isAlone, changed });
-        /** Fingers and pressed mice, by their number. @type {Map<number, {x: number, y: number}>} */
+        /** Fingers and pressed mice by pointer id. @type {Map<number, {x: number, y: number}>} */
         this.held = new Map();
         this.lastTap = { time: -Infinity, x: 0, y: 0 };
     }
@@ -53,13 +53,13 @@ export class Input {
         this.pane.reset();
     }
 
-    /** The place of an event in the photo, -1 to 1 from the left and from below. */
+    /** Returns an event's position in the photo, -1 to 1 from left to right and from bottom to top. */
     placeOf({ clientX, clientY }) {
         const { left, top, width, height } = this.photo.getBoundingClientRect();
         return [(2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height];
     }
 
-    /** @param {HTMLElement} area  where the pointer counts */
+    /** @param {HTMLElement} area  area of pointer input */
     listen(area) {
         area.addEventListener("pointermove", (event) => this.pointerMoved(event));
         area.addEventListener("pointerdown", (event) => this.pointerPressed(event));
@@ -79,15 +79,15 @@ export class Input {
         };
     }
 
-    /** Takes the wheel while the photo is alone. A listener that could stop the wheel would slow every page down. */
+    /** Handles the wheel of a full-screen photo. In a page, a listener that can cancel the wheel would slow scrolling. */
     setAlone(isAlone) {
         this.area.removeEventListener("wheel", this.wheel);
         if (isAlone) this.area.addEventListener("wheel", this.wheel, { passive: false });
     }
 
     /**
-     * A mouse looks around by its place. A finger drags the scene: near things follow it, so the viewer goes the other way. With reduced
-     * motion the mouse drags too, since the picture must not move unless asked to.
+     * A mouse looks around by its position. A finger drags the scene: near surfaces follow it, so the viewer moves in the opposite
+     * direction. With reduced motion, the mouse also drags, since the picture must move only on request.
      */
     pointerMoved(event) {
         const before = this.held.get(event.pointerId);
@@ -130,7 +130,7 @@ export class Input {
         if (!canDrag || (this.held.size > 0 && !this.isAlone())) return;
         this.held.set(event.pointerId, { x: event.clientX, y: event.clientY });
         this.photo.setPointerCapture(event.pointerId);
-        this.motion.lead(); // the first touch ends the sway
+        this.motion.lead(); // the first touch stops the sway
         this.changed();
     }
 
@@ -140,7 +140,7 @@ export class Input {
         this.changed();
     }
 
-    /** Two taps on one place magnify it, two more lead back. */
+    /** A double tap magnifies its place; another one resets the magnification. */
     findDoubleTap({ timeStamp, clientX, clientY }) {
         const { time, x, y } = this.lastTap;
         const isSecond = timeStamp - time < doubleTap.milliseconds && Math.hypot(clientX - x, clientY - y) < doubleTap.pixels;
@@ -155,7 +155,7 @@ export class Input {
         this.lastTap.time = -Infinity;
     }
 
-    /** @param {string} key @returns {boolean} whether it means something */
+    /** @param {string} key @returns {boolean} whether the key has a function */
     keyPressed(key) {
         const step = keySteps[key] ?? (this.isAlone() ? keyStepsAlone[key] : undefined);
         if (!step) return false;

@@ -1,12 +1,12 @@
-// Decides when the photos of a page are read: those near the window, the nearest first, one at a time, and not while the page scrolls.
+// Schedules the loading of a page's photos: those near the window, nearest first, one at a time, and not while the page scrolls.
 
 import { stage } from "./stage.js";
 
-/** Milliseconds after the last scrolling. */
+/** Milliseconds to wait after the last scroll event. */
 const calm = 120;
 
 /**
- * An element that waits for its photo.
+ * An element whose photo is waiting to load.
  *
  * @typedef {object} Waiting
  * @property {() => number} distance  from the middle of the window, in pixels
@@ -40,7 +40,7 @@ async function next() {
         const nearest = [...waiting].reduce((a, b) => (b.distance() < a.distance() ? b : a));
         waiting.delete(nearest);
         await nearest.load();
-        await new Promise((resolve) => setTimeout(resolve)); // lets the page do what else it has to
+        await new Promise((resolve) => setTimeout(resolve)); // lets the page run other tasks
     }
     isLoading = false;
 }

@@ -3,16 +3,16 @@
 
 /** @typedef {import("./frame.js").Reach} Reach */
 
-/** Seconds in which the viewer covers two thirds of the way: while an input leads, and back to rest. */
+/** Seconds in which the viewer moves two thirds of the way to its target: during input, and back to rest. */
 const easeSeconds = { led: 0.12, resting: 0.35 };
 
 /** Less than this is invisible. */
 const nothing = 1e-3;
 
-/** The effect of scrolling from the middle to one end. */
+/** Motion from scrolling the photo from the window's center to an edge. */
 const scrollReach = { right: 0.15, up: 0.6, forward: 1 };
 
-/** The idle sway: its size, the seconds of one turn, and the seconds in which it begins. */
+/** The idle sway: amplitude, seconds per turn, and seconds of fade-in. */
 const sway = { right: 0.55, up: 0.25, seconds: 7, rampSeconds: 1.5 };
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -24,19 +24,19 @@ function within(limit, right, up) {
 }
 
 export class Motion {
-    /** @param {() => boolean} isReduced  whether the person asked for reduced motion: then nothing sways and nothing eases */
+    /** @param {() => boolean} isReduced  whether the user requested reduced motion, without sway and easing */
     constructor(isReduced) {
         this.isReduced = isReduced;
-        /** The viewer's place now. @type {Reach} */
+        /** Current position of the viewer. @type {Reach} */
         this.reach = { right: 0, up: 0, forward: 0 };
-        /** Turns of the sway, which ends at rest. */
+        /** Number of turns of the sway, which ends at rest. */
         this.turns = 3;
-        this.scrolled = 0; // -1 to 1: the place of the photo in the window of a page that scrolls
+        this.scrolled = 0; // position of the photo in the window of a scrolling page, -1 to 1
         this.tilted = { right: 0, up: 0 };
         this.forget();
     }
 
-    /** Leads back to the photo's viewpoint, where the sway begins again. */
+    /** Resets to the photo's viewpoint and restarts the sway. */
     forget() {
         this.hovered = { right: 0, up: 0 };
         this.dragged = { right: 0, up: 0 };
@@ -46,7 +46,7 @@ export class Motion {
         this.ease = easeSeconds.led;
     }
 
-    /** Leads back to the photo's viewpoint, without a sway. */
+    /** Resets to the photo's viewpoint without sway. */
     reset() {
         this.forget();
         this.isIdle = false;
@@ -58,24 +58,24 @@ export class Motion {
         this.ease = easeSeconds.led;
     }
 
-    /** The mouse is at (right, up) in the frame, each -1 to 1. */
+    /** Handles a mouse at (right, up) in the frame, each -1 to 1. */
     hover(right, up) {
         this.lead();
         this.hovered = { right: clamp(right, -1, 1), up: clamp(up, -1, 1) };
     }
 
-    /** The screen is turned so that the viewer is at (right, up) of it. Does not end the sway: a hand is never quite still. */
+    /** Handles a screen rotation that puts the viewer at (right, up). Does not stop the sway, because a hand is never still. */
     tilt(right, up) {
         this.tilted = within(1, right, up);
     }
 
-    /** Moves the viewer by (right, up): a finger, or a key. */
+    /** Moves the viewer by (right, up), for a finger or a key. */
     drag(right, up) {
         this.lead();
         this.dragged = within(1, this.dragged.right + right, this.dragged.up + up);
     }
 
-    /** The pointer is gone: the viewer returns to rest. With reduced motion the viewer stays. */
+    /** Returns the viewer to rest when the pointer leaves; keeps the position with reduced motion. */
     leave() {
         if (this.isReduced()) return;
         this.hovered = { right: 0, up: 0 };
@@ -83,17 +83,17 @@ export class Motion {
         this.ease = easeSeconds.resting;
     }
 
-    /** @param {number} place  of the photo in the window: -1 at its lower edge, 1 at its upper edge */
+    /** @param {number} place  position of the photo in the window: -1 at its lower edge, 1 at its upper edge */
     scroll(place) {
         this.scrolled = this.isReduced() ? 0 : clamp(place, -1, 1);
     }
 
-    /** @param {number} forward  of the way into the scene, -1 to 1 */
+    /** @param {number} forward  position on the way into the scene, -1 to 1 */
     approach(forward) {
         this.approached = clamp(forward, -1, 1);
     }
 
-    /** The place where the viewer should be. @returns {Reach} */
+    /** Returns the target position of the viewer. @returns {Reach} */
     target() {
         let right = this.hovered.right + this.tilted.right + scrollReach.right * this.scrolled;
         let up = this.hovered.up + this.tilted.up + scrollReach.up * this.scrolled;
@@ -107,13 +107,13 @@ export class Motion {
         return { right, up, forward: clamp(scrollReach.forward * this.scrolled + this.approached, -1, 1) };
     }
 
-    /** The share of the way to a target that the viewer covers in a time. @param {number} seconds */
+    /** Returns the share of the way to a target that the viewer moves in a time. @param {number} seconds */
     share(seconds) {
         return this.isReduced() ? 1 : 1 - Math.exp(-seconds / this.ease);
     }
 
     /**
-     * Moves the viewer on.
+     * Advances the viewer.
      *
      * @param {number} seconds  since the last call
      * @returns {boolean} whether the viewer has moved
@@ -133,7 +133,7 @@ export class Motion {
         return hasMoved;
     }
 
-    /** Whether the sway goes on, even where it stands still for a moment. */
+    /** Whether the sway is running, even at its momentary turning points. */
     get isSwaying() {
         return this.isIdle && !this.isReduced();
     }

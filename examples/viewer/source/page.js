@@ -1,11 +1,11 @@
-// The page of photo3d --html: the element in full size, and files that are chosen or dropped.
+// The page of photo3d --html: a full-size element, and files that users choose or drop.
 
 import "./element.js";
 
 const element = (id) => document.getElementById(id);
 const root = document.documentElement;
 
-/** The bytes of the GLB that photo3d has put into the page, or null. @returns {ArrayBuffer | null} */
+/** Returns the bytes of the GLB that photo3d embedded in the page, or null. @returns {ArrayBuffer | null} */
 function photoInPage() {
     const base64 = element("photo")?.textContent;
     if (!base64) return null;
@@ -15,7 +15,7 @@ function photoInPage() {
     return bytes.buffer;
 }
 
-/** The element that shows photos; a page without a photo gets one now. */
+/** Returns the element that shows photos, and creates it on a page without a photo. */
 function viewer() {
     let found = document.querySelector("photo-3d");
     if (!found) {
@@ -63,7 +63,7 @@ function listenForFiles() {
     });
 }
 
-/** Offers the lines that photo3d --embed has put into the page. */
+/** Shows the lines that photo3d --embed wrote into the page, to copy them. */
 function offerEmbedding() {
     const snippet = element("snippet");
     if (!snippet) return;
@@ -74,7 +74,7 @@ function offerEmbedding() {
     element("copy").addEventListener("click", () => {
         lines.select();
         if (navigator.clipboard) navigator.clipboard.writeText(lines.value).catch(() => document.execCommand("copy"));
-        else document.execCommand("copy"); // a page from the disk, in some browsers
+        else document.execCommand("copy"); // for pages from the disk, in some browsers
     });
 }
 

@@ -1,5 +1,5 @@
-// The part of the frame that the canvas shows: all of it, what covers a canvas of another shape, or a magnified part. Independent of the
-// page and of three.js. Places in the frame are -1 to 1 from its left and lower edges to its right and upper ones.
+// The part of the frame that the canvas shows: all of it, a part that covers a canvas of another shape, or a magnified part. Independent of
+// the page and of three.js. Positions in the frame are -1 to 1 from left to right and from bottom to top.
 
 const maxZoom = 6;
 const nothing = 1e-4;
@@ -8,13 +8,13 @@ const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
 export class Pane {
     constructor() {
-        /** The share of the frame's width and height that is seen at zoom 1. */
+        /** Visible share of the frame's width and height at zoom 1. */
         this.covered = { x: 1, y: 1 };
         this.target = { zoom: 1, x: 0, y: 0 };
         this.now = { zoom: 1, x: 0, y: 0 };
     }
 
-    /** Shows all of a frame as well as a canvas of this shape can: what is too wide or too high is cut off on both sides. */
+    /** Covers a canvas of this shape: crops a frame that is too wide or too high on both sides. */
     fit(frameAspect, canvasAspect) {
         this.covered = { x: Math.min(canvasAspect / frameAspect, 1), y: Math.min(frameAspect / canvasAspect, 1) };
         this.target = this.limited(this.target);
@@ -25,12 +25,12 @@ export class Pane {
         this.target = { zoom: 1, x: 0, y: 0 };
     }
 
-    /** Half of what is seen, of the frame's halves. */
+    /** Half the visible size, relative to half the frame. */
     half({ zoom }) {
         return { x: this.covered.x / zoom, y: this.covered.y / zoom };
     }
 
-    /** Keeps the frame's edges out of sight. */
+    /** Keeps the frame's edges outside the canvas. */
     limited({ zoom, x, y }) {
         const magnified = clamp(zoom, 1, maxZoom);
         const half = this.half({ zoom: magnified });
@@ -38,10 +38,10 @@ export class Pane {
     }
 
     /**
-     * Magnifies around a place of the canvas, which stays where it is.
+     * Magnifies around a fixed point of the canvas.
      *
      * @param {number} factor
-     * @param {number} right  place in the canvas, -1 to 1
+     * @param {number} right  position in the canvas, -1 to 1
      * @param {number} up
      */
     zoomAt(factor, right, up) {
@@ -52,19 +52,19 @@ export class Pane {
         this.target = this.limited({ zoom: magnified, x: x + right * (before.x - after.x), y: y + up * (before.y - after.y) });
     }
 
-    /** Moves what is seen by shares of the canvas's halves, at once: a finger holds it. */
+    /** Pans by shares of half the canvas, without easing, since a finger holds the picture. */
     pan(right, up) {
         const half = this.half(this.target);
         this.target = this.limited({ ...this.target, x: this.target.x + right * half.x, y: this.target.y + up * half.y });
         Object.assign(this.now, { x: this.target.x, y: this.target.y });
     }
 
-    /** The way into the scene that goes with the magnification: 0 to 1. */
+    /** Forward motion that accompanies the magnification, 0 to 1. */
     get forward() {
         return Math.min(Math.log2(this.target.zoom), 1);
     }
 
-    /** @param {number} share  of the way to the target @returns {boolean} whether what is seen has changed */
+    /** @param {number} share  of the way to the target @returns {boolean} whether the visible part has changed */
     advance(share) {
         let hasMoved = false;
         for (const axis of ["zoom", "x", "y"]) {
@@ -76,7 +76,7 @@ export class Pane {
         return hasMoved;
     }
 
-    /** Edges of what is seen, in places of the frame. */
+    /** Returns the edges of the visible part, in positions of the frame. */
     get edges() {
         const half = this.half(this.now);
         const { x, y } = this.now;

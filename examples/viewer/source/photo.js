@@ -1,4 +1,4 @@
-// Reads a GLB file, and finds in it what the viewer must know: where the photo's camera stood, and how near and far things are.
+// Reads a GLB file, and derives the photo's camera and the distances of the nearest and the farthest surface.
 
 import { Box3, Group, Matrix4, Vector3 } from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
@@ -14,10 +14,10 @@ import { checkGlb } from "./check_glb.js";
  * @property {number} aspect  the photo's width / height
  * @property {number} halfHeight  half the photo's height at distance 1: the tangent of half the vertical field of view
  * @property {number} nearest  distance of the nearest surface along the optical axis
- * @property {number} farthest  of the farthest
- * @property {boolean} fillsView  as photos do; another model stands alone
- * @property {boolean} isPastFrame  its surfaces go on past its border, as far as the budget lets one see behind a frame of its size
- * @property {import("./budget.js").Budget | null} budget  how far the viewer may go; null where the file does not say
+ * @property {number} farthest  distance of the farthest surface
+ * @property {boolean} fillsView  true for photos; other models stand alone
+ * @property {boolean} isPastFrame  surfaces continue past the border, as far as the budget reveals them behind a frame of its size
+ * @property {import("./budget.js").Budget | null} budget  motion limits; null if the file has none
  */
 
 /**
@@ -53,7 +53,7 @@ async function parse(bytes) {
     }
 }
 
-/** Frees what a photo holds on the graphics card. @param {Photo} photo */
+/** Frees a photo's graphics memory. @param {Photo} photo */
 export function disposeOf(photo) {
     photo.model.traverse((part) => {
         part.geometry?.dispose();
@@ -61,7 +61,7 @@ export function disposeOf(photo) {
             for (const value of Object.values(material)) {
                 if (!value?.isTexture) continue;
                 value.dispose();
-                value.image?.close?.(); // a decoded picture, which would wait for the garbage collection
+                value.image?.close?.(); // closes the decoded picture instead of waiting for garbage collection
             }
             material.dispose();
         }
@@ -77,7 +77,7 @@ function forEachVertex(model, visit) {
     });
 }
 
-/** What is not in front of the camera is not seen, and does not count. */
+/** Ignores vertices that are not in front of the camera, since they are invisible. */
 function depthRange(model) {
     let nearest = Infinity;
     let farthest = 0;
@@ -88,13 +88,13 @@ function depthRange(model) {
         }
     });
     if (!(farthest > 0 && farthest < Infinity)) throw new Error("It shows nothing in front of its camera.");
-    // A model without depth is a photo on a wall.
+    // a model without depth is like a photo on a wall
     return { nearest, farthest: Math.max(farthest, nearest * 1.001) };
 }
 
 /**
- * A camera for files that have none. A photo's mesh widens away from the origin, where its camera was, and is seen from there; any
- * other model is seen from in front of it.
+ * Returns a camera for a file without one. A photo's mesh widens away from the origin, so its camera is at the origin; the camera of any
+ * other model is in front of the model.
  */
 function cameraThatSeesAll(scene) {
     const box = new Box3().setFromObject(scene);

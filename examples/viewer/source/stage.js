@@ -1,11 +1,11 @@
-// The one renderer of a page. It draws all photos in sight, one after the other, and each photo's canvas takes a copy. It draws only while
-// something moves, and comes back when the browser takes its context away.
+// The only renderer of a page. It draws all visible photos, one after the other, and copies each to its canvas. It draws only while
+// something moves, and recovers when the browser drops its context.
 
 import { NoToneMapping, WebGLRenderer } from "three";
 
 /** @typedef {import("./view.js").View} View */
 
-/** Seconds until the first try to come back after the context was lost; each further try waits twice as long. */
+/** Seconds until the first attempt to restore a lost context; each further attempt waits twice as long. */
 const retrySeconds = 0.25;
 
 class Stage {
@@ -41,19 +41,19 @@ class Stage {
         if (this.views.size === 0) document.removeEventListener("scroll", this.whenScrolled, { capture: true });
     }
 
-    /** Asks for a picture of everything that has changed. */
+    /** Requests a frame for everything that has changed. */
     request() {
         if (this.requested === 0 && !this.hasSession) this.requested = requestAnimationFrame((time) => this.draw(time));
     }
 
-    /** The renderer, which is made when it is first needed. Throws where there is no WebGL 2. */
+    /** Returns the renderer, created on first use. Throws without WebGL 2. */
     need() {
         if (this.renderer) return this.renderer;
         const canvas = document.createElement("canvas");
         const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
         if (!context) throw new DOMException("This browser can't show 3D: it has no WebGL 2, or it is switched off.", "NotSupportedError");
         const renderer = new WebGLRenderer({ canvas, context });
-        renderer.toneMapping = NoToneMapping; // the photo's colors reach the screen as they are
+        renderer.toneMapping = NoToneMapping; // the screen shows the photo's colors unchanged
         renderer.setPixelRatio(1);
         renderer.setClearColor(0, 0);
         renderer.xr.enabled = true;
@@ -64,7 +64,7 @@ class Stage {
         return renderer;
     }
 
-    /** Takes a new context in place of a lost one, which the browser may never give back. */
+    /** Replaces a lost context, which the browser may never restore. */
     comeBack(lost) {
         if (this.renderer === lost) {
             this.renderer = null;
@@ -102,7 +102,7 @@ class Stage {
         this.fit(shown);
         this.counts.frames += 1;
         const { renderer } = this;
-        renderer.setScissorTest(true); // clears only what is drawn
+        renderer.setScissorTest(true); // clears only the drawn area
         for (const view of due) {
             const { width, height } = view.canvas;
             renderer.setViewport(0, 0, width, height);
@@ -114,7 +114,7 @@ class Stage {
         }
     }
 
-    /** Gives the renderer a canvas that is large enough for each photo in sight, and not much larger. @param {View[]} shown */
+    /** Resizes the renderer's canvas to fit each visible photo without much excess. @param {View[]} shown */
     fit(shown) {
         const width = Math.max(...shown.map((view) => view.canvas.width));
         const height = Math.max(...shown.map((view) => view.canvas.height));
@@ -140,7 +140,7 @@ class Stage {
         renderer.setAnimationLoop((_, frame) => view.head && view.drawInHeadset(renderer, frame));
     }
 
-    /** Work done so far, and memory in use on the graphics card. */
+    /** Counts of the work so far, and the graphics memory in use. */
     statistics() {
         const { geometries = 0, textures = 0 } = this.renderer?.info.memory ?? {};
         const photos = [...this.views].filter((view) => view.photo).length;

@@ -1,36 +1,36 @@
-// The orientation of a phone or tablet. The scene is as if in a box behind the screen: turn the screen, and you look into the box
-// from the side that the screen has turned away from.
+// The orientation of a phone or tablet. The scene is like a box behind the screen: turning the screen shows the box from the side that
+// the screen has turned away from.
 
 import { Euler, Quaternion, Vector3 } from "three";
 
 /** @typedef {import("./motion.js").Motion} Motion */
 
-/** Turning the device by this angle goes as far as one should. */
+/** Rotating the device by this angle reaches the motion limit. */
 const fullTilt = (20 * Math.PI) / 180;
 
-/** Seconds in which what counts as straight follows two thirds of the way to how the device is held. */
+/** Seconds in which the neutral orientation adapts two thirds of the way to the current one. */
 const followSeconds = 20;
 
 /**
- * Follows where the viewer's head is, seen from the screen. The head is taken to be straight in front of the screen at first, and to
- * come there again in time when the person sits or holds the device in another way.
+ * Tracks the direction of the viewer's head relative to the screen. Assumes that the head is straight in front of the screen at first, and
+ * returns there gradually after the user has moved or holds the device differently.
  */
 export class HeadDirection {
     constructor() {
-        /** Towards the head, in the world's axes. @type {Vector3 | null} */
+        /** Direction to the head in world axes. @type {Vector3 | null} */
         this.head = null;
         this.time = 0;
     }
 
     /**
-     * @param {{alpha: number, beta: number, gamma: number}} orientation  in degrees, as a DeviceOrientationEvent has them
-     * @param {number} screenAngle  how far the picture is turned on the screen, in degrees
+     * @param {{alpha: number, beta: number, gamma: number}} orientation  in degrees, as in a DeviceOrientationEvent
+     * @param {number} screenAngle  rotation of the picture on the screen, in degrees
      * @param {number} time  in seconds
      * @returns {{right: number, up: number}} the angles of the head to the right of the screen and above it, in radians
      */
     update({ alpha, beta, gamma }, screenAngle, time) {
         const radians = Math.PI / 180;
-        // Z-X'-Y'' in the world's axes, which is "ZXY" in three.js.
+        // Z-X'-Y'' in world axes, "ZXY" in three.js
         const device = new Quaternion().setFromEuler(new Euler(beta * radians, gamma * radians, alpha * radians, "ZXY"));
         const straight = new Vector3(0, 0, 1).applyQuaternion(device);
         this.head ??= straight.clone();
@@ -42,10 +42,10 @@ export class HeadDirection {
     }
 }
 
-/** Less than this is a hand that trembles. */
+/** Smaller changes are tremor of the hand. */
 const nothing = 0.004;
 
-/** Listens for all photos of a page. @type {Set<(right: number, up: number) => void>} */
+/** Listeners of all photos of a page. @type {Set<(right: number, up: number) => void>} */
 const listeners = new Set();
 const direction = new HeadDirection();
 let last = { right: 0, up: 0 };
@@ -60,7 +60,7 @@ function turned({ alpha, beta, gamma, timeStamp }) {
     for (const listener of listeners) listener(right / fullTilt, up / fullTilt);
 }
 
-/** @param {(right: number, up: number) => void} listener  gets the place of the head, in units of Reach (frame.js) */
+/** @param {(right: number, up: number) => void} listener  receives the head's position, in units of Reach (frame.js) */
 export function listenToTilt(listener) {
     if (listeners.size === 0) addEventListener("deviceorientation", turned);
     listeners.add(listener);
@@ -71,13 +71,13 @@ export function stopListeningToTilt(listener) {
     if (listeners.size === 0) removeEventListener("deviceorientation", turned);
 }
 
-/** Whether the device tells how it is held only to pages that ask for it, which takes the press of a button (iOS). */
+/** Whether pages must request permission for the orientation, after the press of a button (iOS). */
 export function mustAskForTilt() {
     const canBeAsked = typeof globalThis.DeviceOrientationEvent?.requestPermission === "function";
     return canBeAsked && navigator.maxTouchPoints > 0 && !isHeard;
 }
 
-/** Asks for it. Refused or not, the photo can be dragged. @returns {Promise<void>} */
+/** Requests the permission. Without it, users can still drag the photo. @returns {Promise<void>} */
 export async function askForTilt() {
     await DeviceOrientationEvent.requestPermission().catch(() => {});
 }

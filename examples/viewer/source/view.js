@@ -1,4 +1,4 @@
-// One photo on one canvas: its scene, its camera, its motion, and the part of it that is seen.
+// One photo on one canvas: scene, camera, motion, and visible part.
 
 import { Color, Group, PerspectiveCamera, Scene } from "three";
 import { Backdrop } from "./backdrop.js";
@@ -23,24 +23,24 @@ export class View {
         this.pane = new Pane();
         this.camera = new PerspectiveCamera();
         this.scene = new Scene();
-        this.place = new Group(); // at the origin on a flat screen, in front of the head in a headset
+        this.place = new Group(); // at the origin on a flat screen; in front of the head in a headset
         this.veil = new Veil(wallColor);
         this.backdrop = new Backdrop(wallColor);
         this.scene.add(this.place, this.veil);
         /** @type {Photo | null} */
         this.photo = null;
-        /** The head, while there is a session. @type {import("./headset.js").Head | null} */
+        /** The head during a headset session. @type {import("./headset.js").Head | null} */
         this.head = null;
         this.isInSight = false;
         this.needsDrawing = this.isMoving = false;
-        /** The renderer that has drawn the backdrop's picture. */
+        /** The renderer that drew the backdrop's picture. */
         this.preparedBy = null;
         this.whenDrawn = () => {};
-        /** Reads where the photo is in a page that scrolls. */
+        /** Reads the photo's position in a scrolling page. */
         this.follow = () => {};
     }
 
-    /** Shows a photo in place of the one before. @param {Photo} photo @returns {Promise<void>} when it is drawn */
+    /** Replaces the current photo. @param {Photo} photo @returns {Promise<void>} resolves when the photo is drawn */
     show(photo) {
         this.release();
         this.photo = photo;
@@ -54,7 +54,7 @@ export class View {
         return new Promise((resolve) => (this.whenDrawn = resolve));
     }
 
-    /** Frees the photo's memory. What was drawn stays on the canvas. */
+    /** Frees the photo's memory. The canvas keeps its picture. */
     release() {
         this.place.clear();
         if (this.photo) disposeOf(this.photo);
@@ -63,7 +63,7 @@ export class View {
         this.photo = this.wall = this.preparedBy = null;
     }
 
-    /** @param {number} width @param {number} height  of the canvas, in its own pixels */
+    /** @param {number} width @param {number} height  of the canvas, in canvas pixels */
     setSize(width, height) {
         if (this.canvas.width !== width || this.canvas.height !== height) {
             this.canvas.width = width;
@@ -73,7 +73,7 @@ export class View {
         this.needsDrawing = true;
     }
 
-    /** Moves the viewer on. @param {number} seconds @returns {boolean} whether there is something new to draw */
+    /** Advances the viewer. @param {number} seconds @returns {boolean} whether the view must be drawn again */
     advance(seconds) {
         const hasMoved = this.motion.advance(seconds);
         const isOther = this.pane.advance(this.motion.share(seconds));
@@ -81,11 +81,11 @@ export class View {
         return hasMoved || isOther || this.needsDrawing;
     }
 
-    /** Makes ready what only a renderer can make. @param {import("three").WebGLRenderer} renderer */
+    /** Prepares the resources that need a renderer. @param {import("three").WebGLRenderer} renderer */
     prepare(renderer) {
         if (this.preparedBy === renderer) return;
         this.preparedBy = renderer;
-        // Textures are seen at a slant where surfaces lead away from the viewer.
+        // surfaces that recede from the viewer show their textures at a slant
         const anisotropy = Math.min(4, renderer.capabilities.getMaxAnisotropy());
         this.photo.model.traverse((part) => {
             for (const material of [part.material ?? []].flat()) if (material.map) material.map.anisotropy = anisotropy;
@@ -93,14 +93,14 @@ export class View {
         if (this.photo.fillsView) this.backdrop.show(renderer, this.photo);
     }
 
-    /** Draws for the flat screen, into the renderer's target. @param {import("three").WebGLRenderer} renderer */
+    /** Draws for a flat screen, into the renderer's target. @param {import("three").WebGLRenderer} renderer */
     draw(renderer) {
         this.prepare(renderer);
         this.flatFrame.aim(this.camera, this.motion.reach, this.pane.edges);
         renderer.render(this.scene, this.camera);
     }
 
-    /** Copies what was drawn from the lower left corner of another canvas. @param {HTMLCanvasElement} drawn */
+    /** Copies the picture from the lower left corner of another canvas. @param {HTMLCanvasElement} drawn */
     take(drawn) {
         const { width, height } = this.canvas;
         this.pen.globalCompositeOperation = "copy";
@@ -140,7 +140,7 @@ export class View {
         this.eyes = renderer.xr.getCamera().cameras.map((eye) => this.place.worldToLocal(eye.position.clone()).toArray());
     }
 
-    /** What is seen now. */
+    /** The current state of the view. */
     state() {
         const { right, up, forward } = this.motion.reach;
         return {

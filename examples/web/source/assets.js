@@ -1,9 +1,9 @@
-// The files that the page needs besides itself: in the page as base64 text, or on the server beside it. Both are compressed.
+// Further files of the page: base64 text in the page, or files beside it on the server. Both are compressed.
 
 /** Whether the page contains all files. */
 export const isOneFile = () => document.getElementById("asset worker.js") !== null;
 
-/** Reads a file. Where its name ends in "halves", joins the bytes that bundle.mjs has split. @param {string} name @returns {Promise<Uint8Array>} */
+/** Reads a file. If its name ends in "halves", joins the bytes that bundle.mjs split. @param {string} name @returns {Promise<Uint8Array>} */
 export async function readAsset(name) {
     const inPage = document.getElementById(`asset ${name}`);
     const packed = inPage ? fromBase64(inPage.textContent) : await download(`${name}.gz`);
@@ -35,7 +35,7 @@ export function fromBase64(text) {
 /** @param {Uint8Array} bytes */
 export function toBase64(bytes) {
     let binary = "";
-    const step = 0x8000; // arguments of one call
+    const step = 0x8000; // maximum number of arguments per call
     for (let i = 0; i < bytes.length; i += step) binary += String.fromCharCode(...bytes.subarray(i, i + step));
     return btoa(binary);
 }

@@ -1,4 +1,4 @@
-// The converter as a function from a file to a 3D photo. The work is done in a Worker (worker.js).
+// The converter as a function from a file to a 3D photo. A Worker does the work (worker.js).
 
 import { isOneFile, readAsset } from "./assets.js";
 
@@ -14,18 +14,18 @@ import { isOneFile, readAsset } from "./assets.js";
  * @property {number} heap  memory of the converter, in bytes
  */
 
-/** Threads need memory that they share, which a browser allows only to pages of servers that isolate them. */
+/** Threads need shared memory, which browsers allow only on pages that the server isolates. */
 const canHaveThreads = () => !isOneFile() && globalThis.crossOriginIsolated && navigator.hardwareConcurrency > 1;
 
-/** Whether a file is HEIC: the brands at its beginning say so, and none is AVIF's. */
+/** Whether a file is HEIC, by the brands at its beginning, none of which is AVIF's. */
 function isHeic(bytes) {
     const brands = String.fromCharCode(...bytes.subarray(4, 40));
     return /^ftyp.*(hei[cxms]|hevc|mif1|msf1)/s.test(brands) && !/avi[fs]/.test(brands);
 }
 
 /**
- * Reads a HEIC photo with its depth, in a Worker that ends afterwards: its memory is free again. The reader comes from the server when
- * the first such photo does.
+ * Reads a HEIC photo with its depth, in a Worker that ends afterwards and so frees its memory. Loads the reader from the server for the
+ * first such photo.
  *
  * @returns {Promise<{decoded: import("./heic.js").DecodedPhoto | null, refusal: string}>}
  */
@@ -33,7 +33,7 @@ async function readHeic(bytes, name) {
     const nothing = { decoded: null, refusal: "" };
     if (isOneFile() || !isHeic(bytes)) return nothing;
     const files = await Promise.all(["heic.js", "heic.wasm"].map(readAsset)).catch(() => null);
-    if (!files) return nothing; // the browser may read it
+    if (!files) return nothing; // the browser may be able to read it
     const [script, wasm] = files;
     const address = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
     const worker = new Worker(address);
@@ -53,7 +53,7 @@ export class Converter {
         this.lastId = 0;
         /** Settles when the networks are loaded. @type {Promise<{milliseconds: number, threads: number}>} */
         this.ready = this.start();
-        /** Settles when the browser has seen all of the code, or a photo has come first. @type {Promise<{milliseconds: number}>} */
+        /** Settles after the warm-up of the code, or when a photo arrives first. @type {Promise<{milliseconds: number}>} */
         this.warm = new Promise((resolve) => (this.whenWarm = resolve));
         this.ready.catch(() => {}); // convert() reports it
     }

@@ -12,7 +12,7 @@
  * @property {number} height
  * @property {number} width
  * @property {number} focalLength  in millimeters on 35 mm film; 0: unknown
- * @property {string} refused  the reason why depth in the file was not used, or an empty text
+ * @property {string} refused  reason for not using the file's depth, or an empty text
  * @property {{disparity: Uint8Array, height: number, width: number, isInverseDepth: number, isMetric: number, source: string} | null} depth
  *     disparity has the bytes of height x width floats
  */

@@ -1,4 +1,4 @@
-// The page: takes a photo, shows the progress, shows the 3D photo, saves it.
+// The page: reads a photo, shows the progress and the 3D photo, and saves it.
 
 import { Converter } from "./converter.js";
 import { canShare, record, save, share, videoType } from "./save.js";
@@ -9,7 +9,7 @@ import { pageWith, showPhoto } from "./viewer.js";
 const element = (id) => document.getElementById(id);
 const root = document.documentElement;
 
-/** Stages in order, as people read them, with their share of the time. */
+/** Stages in order, with their names for users and their share of the time. */
 const stages = new Map([
     ["reading photo", ["Reading the photo", 0.05]],
     ["depth estimation", ["Estimating depth", 0.28]],
@@ -23,11 +23,11 @@ const stages = new Map([
     ["encoding", ["Writing the file", 0.07]],
 ]);
 
-/** One turn of the viewer's sway. */
+/** Length of videos: one turn of the viewer's sway. */
 const videoSeconds = 7;
 
 const converter = new Converter();
-/** What is shown. @type {{photo: Photo3d, name: string, page: string} | null} */
+/** The 3D photo on the page. @type {{photo: Photo3d, name: string, page: string} | null} */
 let shown = null;
 let isBusy = false;
 
@@ -86,7 +86,7 @@ async function open() {
     inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
     element("share").hidden = !canShare(pageFile());
     element("video").hidden = !canvas || !videoType() || matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (document.activeElement === document.body) element("frame").focus(); // the button that had the focus is gone: keys look around
+    if (document.activeElement === document.body) element("frame").focus(); // the focused button has disappeared, so keys look around
     return canvas;
 }
 
@@ -137,7 +137,7 @@ function start() {
     for (const id of ["file", "camera-file"])
         element(id).addEventListener("change", ({ target }) => {
             convert(target.files[0]);
-            target.value = ""; // the same file again is a change
+            target.value = ""; // choosing the same file again is a change
         });
     element("choose").addEventListener("click", () => element("file").click());
     element("again").addEventListener("click", () => element("file").click());

@@ -1,8 +1,8 @@
-// Service worker: keeps the page and its files, so that they work without a network after the first visit. From the second visit on it
-// isolates the page from other sites, as a server may do by the same headers: only then, browsers allow threads. bundle.mjs fills in
+// Service worker: caches the page and its files, so that they work offline after the first visit. From the second visit on, it isolates the
+// page from other sites, by the headers that a server could send, because browsers allow threads only on isolated pages. bundle.mjs inserts
 // the names of the files and a version of their content.
 
-// The readers of rare formats are not among the files: they are kept once a photo has needed them.
+// Readers of rare formats are not in this list; the worker caches them after the first photo that needs them.
 
 const version = "VERSION";
 const files = ["FILES"];
@@ -22,7 +22,7 @@ addEventListener("activate", (event) => {
     event.waitUntil(clients.claim());
 });
 
-/** The same response with headers that isolate a page. */
+/** Returns the response with headers that isolate a page. */
 function isolated(response) {
     const headers = new Headers(response.headers);
     headers.set("Cross-Origin-Opener-Policy", "same-origin");

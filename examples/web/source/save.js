@@ -1,4 +1,4 @@
-// Saves and shares files, and records what a canvas shows.
+// Saves and shares files, and records a canvas.
 
 /** @param {Blob} content @param {string} name */
 export function save(content, name) {
@@ -6,7 +6,7 @@ export function save(content, name) {
     link.href = URL.createObjectURL(content);
     link.download = name;
     link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60_000); // the browser may still be reading
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000); // the browser may still be reading the file
 }
 
 /** Whether the system can share this file. @param {File} file */
@@ -17,7 +17,7 @@ export async function share(file) {
     try {
         await navigator.share({ files: [file], title: file.name });
     } catch (failure) {
-        if (failure.name !== "AbortError") throw failure; // the person has closed the sheet
+        if (failure.name !== "AbortError") throw failure; // the user closed the dialog
     }
 }
 

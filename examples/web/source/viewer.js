@@ -1,4 +1,4 @@
-// Shows a 3D photo, and writes the page that shows it: the viewer of examples/viewer, as `photo3d --html` fills it.
+// Shows a 3D photo, and makes its page: the viewer of examples/viewer, filled like by `photo3d --html`.
 
 import { readAsset, toBase64 } from "./assets.js";
 
@@ -12,7 +12,7 @@ let template;
 const escapeHtml = (text) => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/"/g, "&quot;");
 
 /**
- * Returns a page of its own, without a reference to any other file.
+ * Returns a self-contained page.
  *
  * @param {Photo3d} photo
  * @param {string} title

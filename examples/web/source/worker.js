@@ -1,5 +1,5 @@
-// Runs the converter in a Worker: the page stays responsive. createConverter() is Emscripten's loader of the converter, which
-// converter.js puts in front of this text.
+// Runs the converter in a Worker, so that the page stays responsive. createConverter() is Emscripten's loader of the converter, which
+// converter.js prepends to this text.
 //
 // Messages in:   {load: {wasm, depth, inpainting, threads}}, once, where `threads` is {loader, worker}, the scripts of its threads, or null; {convert: {bytes, name, isExact, decoded, refusal}, id}, where `decoded`
 //                is what heic.js has read, or null, and `refusal` its message, or an empty text
@@ -7,7 +7,7 @@
 //                heap}, id}; {failure, id}
 /* global createConverter */
 
-/** A photo that the browser decodes is shrunk to this side: twice the side that the converter works at. */
+/** Maximum side of a photo that the browser decodes: twice the converter's working size. */
 const maxDecodedSide = 3072;
 
 let converter;
@@ -16,7 +16,7 @@ let shared;
 let clock = () => {};
 let job = null;
 let queue = Promise.resolve();
-/** Conversions that have been asked for. */
+/** Number of requested conversions. */
 let wanted = 0;
 
 onmessage = ({ data }) => {
@@ -42,18 +42,18 @@ async function load({ wasm, depth, inpainting, threads }) {
     converter = await createConverter(options);
     for (const [kind, weights] of [depth, inpainting].entries()) within([weights], ([data]) => check(converter._web_load(kind, data, weights.length)));
     postMessage({ ready: { milliseconds: performance.now() - start, threads: converter._web_threads() } });
-    warmUp(performance.now()).catch(() => {}); // the first photo will say what is wrong
+    warmUp(performance.now()).catch(() => {}); // the first photo will report the error
 }
 
 const scriptOf = (bytes) => new Blob([bytes], { type: "text/javascript" });
 
-/** All of the converter's memory. Threads may have enlarged it: converter.HEAPU8 is too short then. */
+/** Returns all of the converter's memory. converter.HEAPU8 is too short after threads have enlarged it. */
 const memory = () => (shared ? new Uint8Array(shared.buffer) : converter.HEAPU8);
 
-/** Runs everything a few times while the person chooses a photo; stops when there is one. */
+/** Warms up the code while the user chooses a photo; stops when a photo arrives. */
 async function warmUp(start) {
     for (const part of [0, 1, 2, 1, 2, 1, 2]) {
-        await new Promise((resolve) => setTimeout(resolve)); // lets messages in
+        await new Promise((resolve) => setTimeout(resolve)); // lets messages arrive
         if (wanted > 0) break;
         check(converter._web_warm_up(part));
     }
@@ -132,10 +132,10 @@ function check(result) {
 }
 
 /**
- * Decodes a photo as the browser does: upright, in sRGB.
+ * Decodes a photo with the browser: upright, in sRGB.
  *
  * @param {Uint8Array} name  ends with 0
- * @param {string} refusal  why the reader of heic.js has not read it, or an empty text
+ * @param {string} refusal  reason why heic.js could not read it, or an empty text
  * @returns {Promise<ImageData>} red, green, blue and alpha
  */
 async function decodeInBrowser(bytes, name, refusal) {

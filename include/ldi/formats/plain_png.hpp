@@ -216,8 +216,8 @@ void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& a
 inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture) {
     using namespace detail::plain_png;
     LDI_ASSERT(!picture.empty() && (picture.channels() == 1 || picture.channels() == 3));
-    constexpr std::size_t most = std::size_t{1} << 30;
-    if (picture.width() > most / picture.channels() / picture.height() || picture.height() > most / 2)
+    constexpr std::size_t max_bytes = std::size_t{1} << 30;
+    if (picture.width() > max_bytes / picture.channels() / picture.height() || picture.height() > max_bytes / 2)
         raise(error_code::too_large, "encode_plain_png", "a picture below 1 GB",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " pixels");
     constexpr std::string_view signature = "\x89PNG\r\n\x1A\n";

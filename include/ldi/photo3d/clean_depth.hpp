@@ -104,7 +104,7 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("connected components", 1.0F);
     return result;
 }
-/// Same as above, with aligned_silhouettes.
+/// Estimates and cleans a photo's depth; aligned_silhouettes decides the sides of pixels beside silhouettes.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {

@@ -27,7 +27,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The caller's own columns for make_photo3d(), one image per column.
+/// Views of the caller's own columns for make_photo3d(), one image per column. The images must outlive this object.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}

@@ -95,10 +95,11 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Returns the maximum distance, up to `most`, that a camera may move in a direction.
+/// Returns the maximum distance, up to `max_reach`, that a camera may move in a direction.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
-                                 float motion, float most) {
-    const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
+                                 float motion, float max_reach) {
+    const auto [x, y, z] =
+        within_motion({max_reach * direction[0], max_reach * direction[1], max_reach * direction[2]}, camera, range, motion);
     return std::hypot(x, y, z);
 }
 

@@ -62,7 +62,7 @@ private:
         std::size_t next;
     };
 
-    /// Splits the rest of the leaf: first along the whole side with more space, then along the rest of the other side.
+    /// Cuts the free part of a leaf into two leaves. The larger one has the full length of the side with more free space.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;

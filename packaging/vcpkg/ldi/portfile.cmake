@@ -1,5 +1,5 @@
-# Installs the checkout that this file lies in: vcpkg install ldi --overlay-ports=packaging/vcpkg
-set(VCPKG_BUILD_TYPE release)  # headers are the same for all
+# Installs the checkout that contains this file: vcpkg install ldi --overlay-ports=packaging/vcpkg
+set(VCPKG_BUILD_TYPE release)  # headers are the same in all configurations
 
 vcpkg_cmake_configure(
     SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../../.."

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the files beside it that tests/io/tiefenrausch_file.cpp compares with: a student of examples/training/tiefenrausch_small with
-few channels and random weights, quantized and exported as trained ones are, and what exact integers make of a photograph. Needs Debian's
-python3-torch.
+"""Writes the reference files of tests/io/tiefenrausch_file.cpp to its own folder: a student of examples/training/tiefenrausch_small with few
+channels and random weights, quantized and exported like a trained student, and its result for a photograph in exact integers. Needs
+Debian's python3-torch.
 
     tiefenrausch.py
 """
@@ -24,7 +24,7 @@ model.STEM, model.CHANNELS_UP, model.RESIDUALS_UP = 4, (4, 5, 8, 8, 8, 8), (0, 1
 model.STAGES_DOWN = ((5, 1, (1,)), (6, 2, (2, 1)), (8, 2, (2,)), (8, 2, (2,)), (8, 2, (1,)), (8, 2, (2, 1)))
 student = model.Student().train()
 photo = F.interpolate(torch.rand(4, 3, 6, 8), (64, 96), mode="bilinear", align_corners=False).mul(255).round()
-student(photo / 255)  # for the normalization's statistics
+student(photo / 255)  # input for the normalization's statistics
 net = quantize.Quantized(quantize.find_ranges(student.eval(), [photo / 255])).take(student).eval()
 with torch.no_grad():
     for bias in net.biases.values():

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the files beside it that tests/networks/farbrausch.cpp compares with: what the PyTorch network of examples/training/farbrausch
-makes of images with holes. Needs Debian's python3-torch and python3-opencv.
+"""Writes the reference files of tests/networks/farbrausch.cpp to its own folder: results of the PyTorch network of
+examples/training/farbrausch for images with holes. Needs Debian's python3-torch and python3-opencv.
 
     farbrausch.py
 
 farbrausch_weights.safetensors   a network with few channels, random weights and random statistics in its normalization, exported
-                                 as trained ones are
+                                 like a trained network
 farbrausch_*.safetensors         image and masks (channel, row, column), and the colors of the hole's pixels in their order
 """
 import pathlib
@@ -25,7 +25,7 @@ FEW_CHANNELS, ALL_CHANNELS = (6, 8, 10, 12, 14), model.CHANNELS
 
 
 def with_channels(channels):
-    """An untrained network with so many channels a stage."""
+    """Returns an untrained network with the given channels per stage."""
     model.CHANNELS = channels
     return model.Farbrausch().eval()
 
@@ -46,7 +46,7 @@ def random_network(seed):
 
 
 def hashed(name_index, shape, spread):
-    """Values in [-spread, spread) that the test computes too, so that no weights need to be kept."""
+    """Returns values in [-spread, spread) that the test computes as well, so that the repository stores no weights."""
     n = np.arange(int(np.prod(shape)), dtype=np.uint64)
     h = (n * 2654435761 + name_index * 40503 + 12345) & 0xFFFFFFFF
     h ^= h >> 15
@@ -73,12 +73,12 @@ def smooth_image(height, width, seed):
 
 
 def check_windows(exists, kernel_sizes, levels=model.LEVELS):
-    """That breadth-first exploration reaches every existing pixel of every window, at every level: only then is a network on images
+    """Asserts that breadth-first exploration reaches every existing pixel of every window, at every level: only then is a network on images
     the same as one on layered images."""
     for level in range(levels + 1):
         height, width = exists.shape
         for y, x in zip(*np.nonzero(exists)):
-            # the corner of a pixel's 2 x 2 group is reached inside the group
+            # exploration reaches the corner of a pixel's 2 x 2 group inside the group
             if exists[y - y % 2, x - x % 2] and y % 2 and x % 2:
                 assert exists[y - 1, x] or exists[y, x - 1], (level, y, x)
         for kernel in kernel_sizes:
@@ -94,14 +94,14 @@ def check_windows(exists, kernel_sizes, levels=model.LEVELS):
                             reached.add(to), queue.append(to)
                 assert reached == window, (level, kernel, y, x)
         coarse = exists[::2, ::2]
-        # coarse pixels side by side are linked if the fine pixel between them exists
+        # adjacent coarse pixels are linked if the fine pixel between them exists
         assert np.all(~(coarse[:, :-1] & coarse[:, 1:]) | exists[::2, 1::2][:, :coarse.shape[1] - 1]), level
         assert np.all(~(coarse[:-1] & coarse[1:]) | exists[1::2, ::2][:coarse.shape[0] - 1]), level
         exists = coarse
 
 
 def write_case(name, net, image, known, exists, with_fills=False):
-    """known, exists: H x W of bool."""
+    """known, exists: H x W bool."""
     check_windows(exists, (3, 5, 7))
     known = known & exists
     colors = image.float() / 255 * torch.from_numpy(exists)

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""Writes the files beside it that tests/networks/partial_convolution.cpp compares with: what the PyTorch network of
-examples/training/partial_convolution.py makes of images with holes. Needs Debian's python3-torch and python3-opencv.
+"""Writes the reference files of tests/networks/partial_convolution.cpp to its own folder: results of the PyTorch network of
+examples/training/partial_convolution.py for images with holes. Needs Debian's python3-torch and python3-opencv.
 
     partial_convolution.py
 
 partial_convolution_weights.safetensors   a network of all eight levels with few channels, random weights and random statistics in
-                                          its normalization, exported as trained ones are
-partial_convolution_*.safetensors         as farbrausch.py writes them; of `full` the weights are the hashes of all 32.85 M indices
+                                          its normalization, exported like a trained network
+partial_convolution_*.safetensors         same as those of farbrausch.py; the weights of `full` are hashes of all 32.85 M indices
 """
 import farbrausch
 import numpy as np
 import torch
 
-import partial_convolution as model  # noqa: E402  (farbrausch.py says where it is)
+import partial_convolution as model  # noqa: E402  (farbrausch.py adds its folder to the path)
 
 FEW_CHANNELS = (4, 5, 6, 7, 8, 7, 6, 5)
 
@@ -39,7 +39,7 @@ def hashed_network():
 
 
 def write_case(name, net, image, known, exists):
-    """known, exists: H x W of bool."""
+    """known, exists: H x W bool."""
     farbrausch.check_windows(exists, (3, 5, 7), len(model.CHANNELS))
     known = known & exists
     as_mask = lambda mask: torch.from_numpy(mask.astype(np.float64))[None, None]  # noqa: E731

@@ -118,7 +118,7 @@ TEST_CASE("elementwise functions give the same bits on any number of threads") {
     CHECK(sigmoid(a).values == sigmoid(a, three).values);
 }
 
-TEST_CASE("byte maps are added in their quantizations, concatenated, and rectified at their zero points") {
+TEST_CASE("addition, concatenation and ReLU of byte maps respect the maps' zero points") {
     const quantized_addition exact = make_quantized_addition({0.02F, 10}, {0.03F, 200}, {0.04F, 90});
     const add_u8_constants sum = prepare_add_u8(best_isa(), exact);
     testing::for_random_graphs(24, 60, [&](const testing::random_layers& layers, std::mt19937& random) {

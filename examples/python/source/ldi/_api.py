@@ -1,4 +1,4 @@
-"""The functions of the package: they check options and call the extension."""
+"""The functions of the package, which check options and call the extension."""
 import functools
 import numbers
 import os
@@ -53,7 +53,7 @@ def _threads(value):
 
 
 def _depth(depth, kind, is_inverse):
-    """The arguments of the extension about depth."""
+    """Returns the extension's arguments for depth."""
     _choice("depth_kind", kind, ("disparity", "meters"))
     if depth is None:
         depth = depth_network()
@@ -63,7 +63,7 @@ def _depth(depth, kind, is_inverse):
 
 
 def _inpainter(inpaint):
-    """What the extension inpaints with; None for diffusion."""
+    """Returns the extension's inpainter; None for diffusion."""
     if isinstance(inpaint, InpaintingNetwork) or callable(inpaint):
         return inpaint
     if not isinstance(inpaint, str):
@@ -78,7 +78,7 @@ def _progress(progress):
 
 
 def _path(path):
-    """The bytes of a path, as the system takes it."""
+    """Encodes a path for the system."""
     path = os.fsencode(path)
     if b"\0" in path:
         raise InputError("invalid option", "path", "no NUL character", repr(path))
@@ -127,11 +127,11 @@ def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False
     depth_kind        "disparity", larger is nearer, or "meters"
     depth_is_inverse  the disparity is 1 / distance up to a factor, without a shift
     inpaint           "network", "diffusion", an InpaintingNetwork, or a function from Layers to K x 3 uint8 colors, of
-                      which those are used whose pixels have known == 0
+                      which only those of pixels with known == 0 are used
     long_side         larger photos are shrunk to this many pixels, 1 to 16384
     focal_length      35 mm equivalent, in millimeters
     motion            maximum parallax between the nearest and the farthest surface, as a share of the long side, 0 to 1
-    frame             "grow": surfaces go on past the photo's border as far as the motion uncovers them, and pages show the
+    frame             "grow": surfaces continue past the photo's border as far as the motion uncovers them, and pages show the
                       whole photo; "crop": they end there, and pages hide the border
     texture, grain    strength of the photo's texture and of noise on inpainted surfaces, 0 to 4
     threads           0: one per processor
@@ -169,7 +169,7 @@ def expand(layer, motion=0.08):
 
 
 def inpaint(layers, inpaint="network", *, texture=1.0, grain=0.6, threads=0):
-    """Stage 4: gives the pixels with known == 0 their colors. Returns new Layers.
+    """Stage 4: colors the pixels with known == 0. Returns new Layers.
 
     The arguments are those of photo3d().
     """
@@ -230,7 +230,7 @@ def _call_depth_network(self, photo, *, threads=0):
 
 @_method(InpaintingNetwork, "__call__")
 def _call_inpainting_network(self, layers, *, threads=0):
-    """Returns the colors of Layers with those inpainted whose known is 0: K x 3 uint8."""
+    """Returns the colors of Layers, inpainted where known is 0: K x 3 uint8."""
     return _ldi.inpaint_colors(self, _instance("layers", layers, Layers), _threads(threads))
 
 
@@ -246,14 +246,14 @@ def glb(self, quality=85, *, compress=False):
 
 @_method(Photo3D)
 def html(self, title="3D photo", *, quality=85, compress=False):
-    """Returns an HTML page that shows the 3D photo: one file, which loads nothing else.
+    """Returns an HTML page that shows the 3D photo: one file without external resources.
 
     title              title of the page
     quality, compress  as for glb()
     """
     if not isinstance(title, str):
         raise TypeError(f"title: expected a string, found {type(title).__name__}")
-    title = title.encode("utf-8", "replace").decode()  # a lone surrogate is no text
+    title = title.encode("utf-8", "replace").decode()  # raises an error for lone surrogates
     return _ldi.html(self, os.fsencode(os.path.join(_FOLDER, "viewer.html")), title, _integer("quality", quality, 1, 100), bool(compress))
 
 

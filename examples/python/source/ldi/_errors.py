@@ -6,8 +6,8 @@ class Error(Exception):
 
     code      the kind of error, such as "mismatch" or "file access"
     where     the argument, file or stage
-    expected  what would have been right
-    found     what was there instead
+    expected  the valid values
+    found     the actual value
     """
 
     def __init__(self, code, where, expected, found):
@@ -22,7 +22,7 @@ class Error(Exception):
 
 
 class InputError(Error, ValueError):
-    """An argument or the contents of a file are not what they should be."""
+    """An argument or the contents of a file are invalid."""
 
 
 class FileError(Error, OSError):

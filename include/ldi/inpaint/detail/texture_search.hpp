@@ -80,15 +80,15 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // computed only when there is a candidate to compare, which is rare
+        int min_cost = -1;  // computed only when there is a candidate to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best, (std::numeric_limits<int>::max)());
-            if (const int c = cost(cell, from, least); c < least) least = c, best = from;
+            if (min_cost < 0) min_cost = cost(cell, best, (std::numeric_limits<int>::max)());
+            if (const int c = cost(cell, from, min_cost); c < min_cost) min_cost = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);

@@ -31,7 +31,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
+    std::size_t segment_count, segment_stride, pixel_stride, pairs, max_pixels;
 
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
@@ -40,7 +40,7 @@ struct widened_pixels {
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
-        most = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
+        max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
     void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
@@ -119,7 +119,7 @@ inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* 
                             std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
-        const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
+        const std::size_t count = pixels - done < input.max_pixels ? pixels - done : input.max_pixels;
         input.fill(weights, segments, pixel_stride, done, count);
         gemm_u8_panels<requantizer<true>, requantizer<false>>(
             weights.outputs, weights.fast,

@@ -176,9 +176,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Removes pixels without a spine on one side, or without ribs along it.
+    /// Clears the bits in `regular_` of pixels without a full spine toward one side, or with an incomplete rib on it.
     ///
-    /// strips  links to that side
+    /// strips  links toward that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
