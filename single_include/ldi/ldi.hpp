@@ -6314,9 +6314,9 @@ struct depthwise_u8_kernel {
 }}  // namespace ldi
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
-// Splits a row for kernels that keep a depthwise convolution's unfinished windows in registers. The channels are split into
-// units that fill the vectors. For a unit with too few channels, the row is also split into stretches, runs of equally many
-// adjacent pixels, and one vector contains these channels of one pixel from each stretch.
+// Splits a row for depthwise kernels that keep partial sums of windows in registers. The channels are split into units that
+// fill the vectors. For a unit with too few channels, the row is also split into stretches, runs of equally many adjacent
+// pixels, and one vector contains these channels of one pixel from each stretch.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -8656,7 +8656,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
+    std::size_t segment_count, segment_stride, pixel_stride, pairs, max_pixels;
 
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
@@ -8665,7 +8665,7 @@ struct widened_pixels {
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
-        most = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
+        max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
     void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
@@ -8804,7 +8804,7 @@ inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* 
                             std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
-        const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
+        const std::size_t count = pixels - done < input.max_pixels ? pixels - done : input.max_pixels;
         input.fill(weights, segments, pixel_stride, done, count);
         gemm_u8_panels<requantizer<true>, requantizer<false>>(
             weights.outputs, weights.fast,
@@ -9109,9 +9109,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Removes pixels without a spine on one side, or without ribs along it.
+    /// Clears the bits in `regular_` of pixels without a full spine toward one side, or with an incomplete rib on it.
     ///
-    /// strips  links to that side
+    /// strips  links toward that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
@@ -18013,15 +18013,15 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // computed only when there is a candidate to compare, which is rare
+        int min_cost = -1;  // computed only when there is a candidate to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best, (std::numeric_limits<int>::max)());
-            if (const int c = cost(cell, from, least); c < least) least = c, best = from;
+            if (min_cost < 0) min_cost = cost(cell, best, (std::numeric_limits<int>::max)());
+            if (const int c = cost(cell, from, min_cost); c < min_cost) min_cost = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);
@@ -18697,7 +18697,7 @@ private:
         std::size_t next;
     };
 
-    /// Splits the rest of the leaf: first along the whole side with more space, then along the rest of the other side.
+    /// Cuts the free part of a leaf into two leaves. The larger one has the full length of the side with more free space.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
@@ -22439,10 +22439,11 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Returns the maximum distance, up to `most`, that a camera may move in a direction.
+/// Returns the maximum distance, up to `max_reach`, that a camera may move in a direction.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
-                                 float motion, float most) {
-    const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
+                                 float motion, float max_reach) {
+    const auto [x, y, z] =
+        within_motion({max_reach * direction[0], max_reach * direction[1], max_reach * direction[2]}, camera, range, motion);
     return std::hypot(x, y, z);
 }
 
@@ -25455,8 +25456,8 @@ void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& a
 inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture) {
     using namespace detail::plain_png;
     LDI_ASSERT(!picture.empty() && (picture.channels() == 1 || picture.channels() == 3));
-    constexpr std::size_t most = std::size_t{1} << 30;
-    if (picture.width() > most / picture.channels() / picture.height() || picture.height() > most / 2)
+    constexpr std::size_t max_bytes = std::size_t{1} << 30;
+    if (picture.width() > max_bytes / picture.channels() / picture.height() || picture.height() > max_bytes / 2)
         raise(error_code::too_large, "encode_plain_png", "a picture below 1 GB",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " pixels");
     constexpr std::string_view signature = "\x89PNG\r\n\x1A\n";
@@ -26078,7 +26079,7 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("connected components", 1.0F);
     return result;
 }
-/// Same as above, with aligned_silhouettes.
+/// Estimates and cleans a photo's depth; aligned_silhouettes decides the sides of pixels beside silhouettes.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -26093,7 +26094,7 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The caller's own columns for make_photo3d(), one image per column.
+/// Views of the caller's own columns for make_photo3d(), one image per column. The images must outlive this object.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}
@@ -26314,7 +26315,12 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// Converts a photo to a 3D photo.
 ///
 /// photo           H x W x 3, at least one pixel
-/// own, inpainter  as above
+/// estimator       for the photo's depth
+/// decider         for the sides of pixels beside silhouettes, such as aligned_silhouettes
+/// own             columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the
+///                 vertices
+/// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
+///                 texture
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
@@ -26331,7 +26337,14 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// Same as above, with aligned_silhouettes.
+/// Converts a photo to a 3D photo; aligned_silhouettes decides the sides of pixels beside silhouettes.
+///
+/// photo      H x W x 3, at least one pixel
+/// estimator  for the photo's depth
+/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
+///
+/// Raises the errors of the stages.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
