@@ -53,7 +53,7 @@ void add_pickle(Class& to, std::shared_ptr<typename Class::type> (*from)(const p
 template <class Class>
 void add_columns(Class& to) {
     using type = typename Class::type;
-    const auto add = [&](const char* name, const char* meaning, array_view<const std::int32_t> (graph::*column)() const) {
+    const auto add = [&](const char* name, const char* meaning, array_view<const std::int32_t> (graph::*column)() const&) {
         add_view(to, name, meaning,
                  [column](const py::object& self, const type& v) { return array_over(self, (v.layers.topology().*column)()); });
     };
