@@ -48,7 +48,7 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
               std::to_string(layers.size()) + " pixels of " + std::to_string(Column::channels) + " channels",
               std::to_string(map.pixels()) + " of " + std::to_string(map.channels));
     const auto column = layers.template column<Column>();
-    std::transform(map.values.begin(), map.values.end(), column.begin(), [scale](Value value) {
+    std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
         if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
             return value;
         } else if constexpr (std::integral<scalar>) {
