@@ -411,8 +411,9 @@ TEST_CASE("a surface that grows farther from elsewhere along a curve stops at th
 
 TEST_CASE("the line at a curve's end starts before the end: it stops a surface beside it by up to two pixels, but not by four") {
     for (const auto& [beside, is_stopped] : {std::pair<std::size_t, bool>{0, true}, {1, true}, {2, true}, {4, false}}) {
-        const auto past = grown_past_line([](std::size_t) { return 0.7F; },
-                                          [&](std::size_t y) { return y >= 40 && y < 70 ? 60 - beside : std::size_t{60}; });
+        const auto past =
+            grown_past_line([](std::size_t) { return 0.7F; },
+                            [offset = beside](std::size_t y) { return y >= 40 && y < 70 ? 60 - offset : std::size_t{60}; });
         CAPTURE(beside);
         CHECK(past.empty() == is_stopped);
     }
