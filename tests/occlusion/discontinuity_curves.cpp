@@ -227,5 +227,5 @@ TEST_CASE("on noise, no curve is shorter than the minimum") {
         CHECK(c.sides.size() >= ldi::curve_options().min_length);
         sides += c.sides.size();
     }
-    CHECK(sides <= 0.2 * 120 * 160);
+    CHECK(static_cast<double>(sides) <= 0.2 * 120 * 160);
 }
