@@ -84,7 +84,7 @@ def heading(context, rows):
 
 
 def peer_text(row, rows):
-    """For a peer, its time relative to ours in the row of the same variant."""
+    """Returns a peer's time relative to ours in the row of the same variant; an empty text for other rows."""
     if row["name"].startswith("peers/"):
         variant = row["name"].rpartition("/")[2]
         for ours in rows:

@@ -30,7 +30,7 @@ namespace ldi_paper {
 
 using picture = ldi::image<std::uint8_t>;
 
-/// What shows the difference.
+/// The kind of picture in which leaving out an idea is visible.
 enum class shown { side_views, layer_counts, coarse_texture };
 
 struct ablation {
@@ -91,6 +91,9 @@ struct figures {
     double mixed = 0;        ///< pixels of the photo's view where level 2 of the mipmap mixes two surfaces
 };
 
+/// Counts figures::rubber.
+///
+/// threshold  surface_rule::max_step
 inline double count_rubber(const ldi::photo_layer& layer, float threshold) {
     const auto disparity = layer.column<ldi::disparity_column>();
     const ldi::graph& g = layer.topology();
@@ -168,7 +171,7 @@ inline std::vector<picture> pictures_of(const ldi::photo3d& made, shown by, floa
 inline picture worst_place(const std::vector<picture>& with, const std::vector<picture>& without) {
     constexpr std::size_t side = 200, step = 20, gap = 8;
     std::size_t best_view = 0, best_x = 0, best_y = 0;
-    double most = -1;
+    double max_sum = -1;
     for (std::size_t view = 0; view < with.size(); ++view)
         for (std::size_t y = 0; y + side <= with[view].height(); y += step)
             for (std::size_t x = 0; x + side <= with[view].width(); x += step) {
@@ -176,7 +179,7 @@ inline picture worst_place(const std::vector<picture>& with, const std::vector<p
                 for (std::size_t v = y; v < y + side; ++v)
                     for (std::size_t i = 3 * x; i < 3 * (x + side); ++i)
                         sum += std::abs(with[view].row(v)[i] - without[view].row(v)[i]);
-                if (sum > most) most = sum, best_view = view, best_x = x, best_y = y;
+                if (sum > max_sum) max_sum = sum, best_view = view, best_x = x, best_y = y;
             }
     picture pair(side, 2 * side + gap, 3, std::uint8_t{255});
     for (std::size_t v = 0; v < side; ++v) {

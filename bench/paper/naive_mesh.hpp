@@ -56,9 +56,10 @@ inline ldi::textured_mesh mesh_of_all_pixels(const ldi::photo3d& made) {
 }
 
 /// Simplifies a mesh to a number of triangles. The error is measured in pixels: across the photo, and in depth by the parallax
-/// of the photo's motion budget, so that meshoptimizer optimizes what a viewer sees.
+/// of the default motion, so that meshoptimizer optimizes what a viewer sees.
 inline ldi::textured_mesh simplified(const ldi::textured_mesh& dense, const ldi::photo3d& made, std::size_t triangles) {
-    const float parallax = 0.08F * static_cast<float>(std::max(made.facts.camera.width, made.facts.camera.height));
+    const float parallax =
+        ldi::expand_options().motion * static_cast<float>(std::max(made.facts.camera.width, made.facts.camera.height));
     std::vector<float> seen(dense.positions.size());
     for (std::size_t v = 0; v < dense.vertex_count(); ++v) {
         const float* p = dense.positions.data() + 3 * v;

@@ -927,6 +927,18 @@ inline std::uint8_t rounded_to_byte(float value) {
 /// round up, so that 0.49999997 becomes 1.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
+/// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.
+inline std::uint32_t bits_of(float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+inline float float_of(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
 /// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
 /// not depend on that.
 inline float fused_multiply_add(float a, float b, float c) {
@@ -3432,11 +3444,7 @@ struct quantized_addition {
 
 namespace detail {
 
-inline std::int32_t biased_exponent(float value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    return static_cast<std::int32_t>((bits >> 23) & 0xFF);
-}
+inline std::int32_t biased_exponent(float value) { return static_cast<std::int32_t>((bits_of(value) >> 23) & 0xFF); }
 
 /// Returns value / 2^shift, rounded to nearest, halves away from zero.
 ///
@@ -3461,9 +3469,7 @@ inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && s
 /// scale  input scale * weight scale / output scale, computed in float
 inline requantization make_requantization(float scale, std::uint8_t zero_point) {
     LDI_ASSERT(is_requantization_scale(scale));
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &scale, sizeof bits);
-    const std::uint32_t mantissa = (bits & 0x007FFFFF) | 0x00800000;
+    const std::uint32_t mantissa = (detail::bits_of(scale) & 0x007FFFFF) | 0x00800000;
     return {static_cast<std::int32_t>(mantissa << 7), 126 - detail::biased_exponent(scale), zero_point};
 }
 
@@ -9953,16 +9959,6 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 }
 
 // The functions below compare and select bits instead of floats: loops over them have no branches, so that GCC vectorizes them.
-inline std::uint32_t bits_of(float value) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-inline float float_of(std::uint32_t bits) {
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-}
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
 /// Returns the byte of quantize().
@@ -24215,17 +24211,11 @@ inline std::uint32_t little_endian(const std::byte* bytes, int size) {
     return value;
 }
 
-inline float float_from_bits(std::uint32_t bits) {
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
 /// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
-    if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
-    if (exponent != 0) return float_from_bits(sign | ((exponent + 112) << 23) | (fraction << 13));
+    if (exponent == 31) return float_of(sign | 0x7F800000 | (fraction << 13));
+    if (exponent != 0) return float_of(sign | ((exponent + 112) << 23) | (fraction << 13));
     const float value = nearest_float(fraction) * 0x1p-24F;  // subnormal
     return sign != 0 ? -value : value;
 }
@@ -24245,10 +24235,9 @@ inline std::size_t scalar_size(std::string_view type) {
 }
 
 inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, std::string_view type) {
-    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_from_bits(little_endian(b, 4)); });
+    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_of(little_endian(b, 4)); });
     if (type == "F16") return decoded<float>(bytes, 2, [](const std::byte* b) { return half_to_float(little_endian(b, 2)); });
-    if (type == "BF16")
-        return decoded<float>(bytes, 2, [](const std::byte* b) { return float_from_bits(little_endian(b, 2) << 16); });
+    if (type == "BF16") return decoded<float>(bytes, 2, [](const std::byte* b) { return float_of(little_endian(b, 2) << 16); });
     if (type == "I32")
         return decoded<std::int32_t>(bytes, 4, [](const std::byte* b) { return static_cast<std::int32_t>(little_endian(b, 4)); });
     if (type == "I8")
@@ -25694,11 +25683,7 @@ private:
 };
 
 inline void put_floats(writer& to, std::span<const float> values) {
-    for (const float value : values) {
-        std::uint32_t bits;
-        std::memcpy(&bits, &value, sizeof bits);
-        to.put(bits);
-    }
+    for (const float value : values) to.put(bits_of(value));
 }
 
 inline void put_geometry(writer& to, const geometry& g) {

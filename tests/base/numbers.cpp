@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <random>
 
@@ -80,18 +79,6 @@ TEST_CASE("fused_multiply_add(), vector_length() and natural_logarithm() match g
 // glibc's std::fma is exact.
 #if defined(__GLIBC__)
 namespace {
-
-float float_of(std::uint32_t bits) {
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-std::uint32_t bits_of(float value) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
 
 bool is_exact(float a, float b, float c) {
     const float expected = std::fma(a, b, c), found = fused_multiply_add(a, b, c);

@@ -64,6 +64,26 @@ TEST_CASE("flipping selects the shorter diagonal of a kite") {
     }
 }
 
+TEST_CASE("the triangulation stays valid after flipping with coordinates beyond 2^14") {
+    std::mt19937 random(3);
+    ldi::triangulator triangulate;
+    ldi::triangulation t;
+    ldi::buffer<std::int32_t> stack;
+    constexpr std::int32_t side = 1 << 18;
+    ldi::polygon p;
+    p.points = {{0, 0}, {side, 0}, {side, side}, {0, side}};
+    p.next = {1, 2, 3, 0};
+    p.outline_count = 4;
+    for (int i = 0; i < 500; ++i) {
+        p.points.push_back(
+            {1 + static_cast<std::int32_t>(random() % (side - 1)), 1 + static_cast<std::int32_t>(random() % (side - 1))});
+        p.next.push_back(-1);
+    }
+    REQUIRE_FALSE(triangulate(p, t));
+    ldi::flip_to_delaunay(p.points, t, stack);
+    ldi::testing::require_triangulation(p, t);
+}
+
 TEST_CASE("flipping points that are sixteen times as far apart, up to 2^18, gives the same triangles") {
     ldi::triangulator triangulate;
     ldi::buffer<std::int32_t> stack;

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 import space
-import data  # this constant and the following are those of the recipe
+import data  # this module and the following ones are the recipe's
 import labels
 import model
 import prepare

@@ -12,7 +12,7 @@ import shapes
 
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
-                 "depth": 2.0, "scene": 0.5}  # share of photographs with measured depth; of ray-cast scenes
+                 "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
 VALIDATION_EVERY = 32  # one in this number of photographs is held out for validation
 PASTED = 0.45  # share of the crops with a pasted foreground
 WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # input shapes that the library uses

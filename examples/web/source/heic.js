@@ -1,4 +1,4 @@
-// Reads one HEIC photo in a Worker. createReader() is Emscripten's loader of the reader, which bundle.mjs puts in front of this text.
+// Reads one HEIC photo in a Worker. createReader() is Emscripten's loader of the reader, which bundle.mjs prepends to this text.
 //
 // Message in:    {wasm, bytes, name}
 // Messages out:  {decoded: DecodedPhoto}, or {failure}

@@ -44,6 +44,18 @@ inline std::uint8_t rounded_to_byte(float value) {
 /// round up, so that 0.49999997 becomes 1.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
+/// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.
+inline std::uint32_t bits_of(float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+inline float float_of(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
 /// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
 /// not depend on that.
 inline float fused_multiply_add(float a, float b, float c) {

@@ -237,11 +237,7 @@ private:
 };
 
 inline void put_floats(writer& to, std::span<const float> values) {
-    for (const float value : values) {
-        std::uint32_t bits;
-        std::memcpy(&bits, &value, sizeof bits);
-        to.put(bits);
-    }
+    for (const float value : values) to.put(bits_of(value));
 }
 
 inline void put_geometry(writer& to, const geometry& g) {

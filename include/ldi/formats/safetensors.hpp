@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <string>
@@ -58,17 +57,11 @@ inline std::uint32_t little_endian(const std::byte* bytes, int size) {
     return value;
 }
 
-inline float float_from_bits(std::uint32_t bits) {
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
 /// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
-    if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
-    if (exponent != 0) return float_from_bits(sign | ((exponent + 112) << 23) | (fraction << 13));
+    if (exponent == 31) return float_of(sign | 0x7F800000 | (fraction << 13));
+    if (exponent != 0) return float_of(sign | ((exponent + 112) << 23) | (fraction << 13));
     const float value = nearest_float(fraction) * 0x1p-24F;  // subnormal
     return sign != 0 ? -value : value;
 }
@@ -88,10 +81,9 @@ inline std::size_t scalar_size(std::string_view type) {
 }
 
 inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, std::string_view type) {
-    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_from_bits(little_endian(b, 4)); });
+    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_of(little_endian(b, 4)); });
     if (type == "F16") return decoded<float>(bytes, 2, [](const std::byte* b) { return half_to_float(little_endian(b, 2)); });
-    if (type == "BF16")
-        return decoded<float>(bytes, 2, [](const std::byte* b) { return float_from_bits(little_endian(b, 2) << 16); });
+    if (type == "BF16") return decoded<float>(bytes, 2, [](const std::byte* b) { return float_of(little_endian(b, 2) << 16); });
     if (type == "I32")
         return decoded<std::int32_t>(bytes, 4, [](const std::byte* b) { return static_cast<std::int32_t>(little_endian(b, 4)); });
     if (type == "I8")

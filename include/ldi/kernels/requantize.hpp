@@ -4,11 +4,11 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/base/numbers.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -38,11 +38,7 @@ struct quantized_addition {
 
 namespace detail {
 
-inline std::int32_t biased_exponent(float value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    return static_cast<std::int32_t>((bits >> 23) & 0xFF);
-}
+inline std::int32_t biased_exponent(float value) { return static_cast<std::int32_t>((bits_of(value) >> 23) & 0xFF); }
 
 /// Returns value / 2^shift, rounded to nearest, halves away from zero.
 ///
@@ -67,9 +63,7 @@ inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && s
 /// scale  input scale * weight scale / output scale, computed in float
 inline requantization make_requantization(float scale, std::uint8_t zero_point) {
     LDI_ASSERT(is_requantization_scale(scale));
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &scale, sizeof bits);
-    const std::uint32_t mantissa = (bits & 0x007FFFFF) | 0x00800000;
+    const std::uint32_t mantissa = (detail::bits_of(scale) & 0x007FFFFF) | 0x00800000;
     return {static_cast<std::int32_t>(mantissa << 7), 126 - detail::biased_exponent(scale), zero_point};
 }
 

@@ -253,7 +253,7 @@ def html(self, title="3D photo", *, quality=85, compress=False):
     """
     if not isinstance(title, str):
         raise TypeError(f"title: expected a string, found {type(title).__name__}")
-    title = title.encode("utf-8", "replace").decode()  # raises an error for lone surrogates
+    title = title.encode("utf-8", "replace").decode()  # replaces lone surrogates, which UTF-8 cannot encode
     return _ldi.html(self, os.fsencode(os.path.join(_FOLDER, "viewer.html")), title, _integer("quality", quality, 1, 100), bool(compress))
 
 

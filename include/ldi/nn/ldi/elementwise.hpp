@@ -35,16 +35,6 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 }
 
 // The functions below compare and select bits instead of floats: loops over them have no branches, so that GCC vectorizes them.
-inline std::uint32_t bits_of(float value) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-inline float float_of(std::uint32_t bits) {
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-}
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
 /// Returns the byte of quantize().
