@@ -239,6 +239,23 @@ TEST_CASE("a disc and the wall behind it become one chart each") {
     CHECK(set.charts[1].width < 25);
 }
 
+TEST_CASE("hidden surfaces do not divide the visible surface around the end of a step") {
+    image<float> map(120, 120);
+    for (std::size_t y = 0; y < 120; ++y)
+        for (std::size_t x = 0; x < 120; ++x)
+            map(y, x) = 0.2F + (x < 60 ? 0.0F : 0.09F * std::max(0.0F, 1 - static_cast<float>(y) / 80));
+    const photo_layers layers = with_hidden_surfaces(lift(image<std::uint8_t>(120, 120, 3), map));
+    const graph& g = layers.topology();
+    REQUIRE(g.size() > g.position_count());
+    const chart_set set = make_charts(layers, {});
+    const auto disparity = layers.column<disparity_column>();
+    std::size_t elsewhere = 0;  // visible pixels in other charts
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (disparity[i] == map.data()[g.position_of(i)] && set.chart_of[i] != set.chart_of[0]) ++elsewhere;
+    CAPTURE(set.charts.size());
+    CHECK(elsewhere == 0);
+}
+
 TEST_CASE("a helix that overlaps itself is cut into flat charts") {
     std::mt19937 random(4);
     testing::random_pieces builder(random, 20, 20);

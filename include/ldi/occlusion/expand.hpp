@@ -61,10 +61,11 @@ struct expanded_layers {
 /// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options or a step outside their ranges.
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
-/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
+/// that it grew from, farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
 /// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
-/// the threshold, so that growing surfaces at similar depth become one. A surface that can't be linked to another continues
-/// beneath it for a few pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
+/// the threshold, so that growing surfaces at similar depth become one. A surface that meets another at similar depth but can't
+/// be linked to it ends there. Its last pixel then lies 0.3 thresholds behind the other surface, so that no camera sees a gap
+/// between them; its disparity may be slightly below 0.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
 /// tests and pictures.

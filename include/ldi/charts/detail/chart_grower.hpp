@@ -4,11 +4,13 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/surface.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -53,7 +55,8 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows charts one after the other. Each lattice position stores the last pixel of any chart that was placed there, so that
+/// Grows charts one after the other, each in two alternating steps: all pixels that no other surface is near, then the nearest
+/// contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that
 /// nothing must be cleared between charts.
 class chart_grower {
 public:
@@ -120,13 +123,22 @@ private:
         current_ = result_.charts.count();
         left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
         queue_.clear();
-        add_strip(seed, graph_.x()[seed], graph_.y()[seed]);
         std::int64_t pixels = 0;
-        for (std::size_t next = 0; next < queue_.size(); ++next) {
-            const strip r = queue_[next];
-            pixels += r.count;
-            grow_from(r, graph_.up(), r.y - 1);
-            grow_from(r, graph_.down(), r.y + 1);
+        visit(seed, graph_.x()[seed], graph_.y()[seed]);
+        for (std::size_t next = 0;;) {
+            for (; next < queue_.size(); ++next) {
+                const strip r = queue_[next];
+                pixels += r.count;
+                grow_from(r, graph_.up(), r.y - 1);
+                grow_from(r, graph_.down(), r.y + 1);
+            }
+            const std::int32_t pixel = nearest_contested();
+            if (pixel == no_pixel) break;
+            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
+            if (!fits_box(x, y) || occupant(x, y) != no_pixel || !is_clear_of_other_surfaces(pixel, x, y)) continue;
+            accept(pixel, x, y);
+            ++pixels;
+            for (const side s : all_sides) visit(graph_.neighbor(pixel, s), x + step_x(s), y + step_y(s));
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
@@ -139,35 +151,73 @@ private:
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
             const std::int32_t first = pixel;  // start of pixels adjacent in memory; `++pixel` does not wait for the loaded link
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
-            for (std::int32_t p = first; p <= pixel; ++p, ++x)
-                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
+            for (std::int32_t p = first; p <= pixel; ++p, ++x) visit(links[p], x, y);
         }
     }
 
-    /// Adds a pixel that may join the chart. Extends the strip to the right and to the left along links while the pixels there
-    /// may join, too.
+    /// Adds a free pixel to the chart, and those to its right and left; contested pixels wait.
+    void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        if (pixel == no_pixel || chart_of(pixel) >= 0) return;
+        if (near_other_[at(x, y)] != 0)
+            wait(pixel);
+        else if (fits_box(x, y))
+            add_strip(pixel, x, y);
+    }
+
+    /// Adds a pixel that is the only one at its position. Extends the strip to the right and to the left along links.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
         for (std::int32_t last = pixel;; ++r.count) {
             last = graph_.right()[last];
-            if (!may_join(last, x + r.count, y)) break;
+            if (!may_extend(last, x + r.count, y)) break;
             accept(last, x + r.count, y);
         }
         for (;; ++r.count, --r.x) {
             const std::int32_t before = graph_.left()[r.first];
-            if (!may_join(before, r.x - 1, y)) break;
+            if (!may_extend(before, r.x - 1, y)) break;
             accept(before, r.x - 1, y);
             r.first = before;
         }
         queue_.push_back(r);
     }
 
-    bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    bool may_extend(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
-        if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
-        if (near_other_[at(x, y)] == 0) return true;  // the only pixel at its position
-        return occupant(x, y) == no_pixel && is_clear_of_other_surfaces(pixel, x, y);
+        if (near_other_[at(x, y)] == 0) return fits_box(x, y);
+        wait(pixel);
+        return false;
+    }
+
+    bool fits_box(std::int32_t x, std::int32_t y) const {
+        return right_ - x < cap_x_ && x - left_ < cap_x_ && bottom_ - y < cap_y_ && y - top_ < cap_y_;
+    }
+
+    /// Queues a contested pixel, once per chart: a chart that cannot accept it now cannot accept it later.
+    void wait(std::int32_t pixel) {
+        const std::int32_t mark = -2 - current_;
+        if (chart_of(pixel) == mark) return;
+        chart_of(pixel) = mark;
+        const std::int32_t level = level_of(disparity_[pixel]);
+        waiting_[static_cast<std::size_t>(level)].push_back(pixel);
+        nearest_ = (std::min)(nearest_, level);
+    }
+
+    static std::int32_t level_of(float disparity) {
+        const float farness = (1.0F - disparity) * 200.0F;
+        return farness < 0.0F ? 0 : farness < nearest_float(levels - 1) ? static_cast<std::int32_t>(farness) : levels - 1;
+    }
+
+    /// Removes the nearest contested pixel from the queue; returns no_pixel if none is left.
+    std::int32_t nearest_contested() {
+        for (; nearest_ < levels; ++nearest_) {
+            buffer<std::int32_t>& here = waiting_[static_cast<std::size_t>(nearest_)];
+            if (here.empty()) continue;
+            const std::int32_t pixel = here.back();
+            here.pop_back();
+            return pixel;
+        }
+        return no_pixel;
     }
 
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
@@ -257,6 +307,9 @@ private:
     std::int32_t cell_columns_;
     buffer<cell> cells_;
     buffer<strip> queue_;
+    static constexpr std::int32_t levels = 256;         // of disparity, from 1 down to -0.28
+    std::array<buffer<std::int32_t>, levels> waiting_;  // contested pixels beside the current chart, nearest level first
+    std::int32_t nearest_ = levels;                     // first level with a pixel
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
 };

@@ -28,18 +28,28 @@ public:
           surface_(surface),
           curves_(curves),
           merges_curves_(merges_curves),
-          reach_(disparity.size(), 0.0F) {
+          reach_(disparity.size(), 0.0F),
+          fronts_(disparity.size(), front_there{}) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
+        pixels_per_disparity_ = pixels_per_disparity, margin_ = margin;
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
         };
         for (const discontinuity_curve& curve : curves) {
             const std::int32_t last = curve.sides.count() - 1;
-            for (std::int32_t i = 0; i <= last; ++i)
-                for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k)
-                    raise_reach(curve.sides[i].back, disparity[curve.sides[k].front] - disparity[curve.sides[k].back]);
+            for (std::int32_t i = 0; i <= last; ++i) {
+                front_there f{};
+                for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k) {
+                    const discontinuity& d = curve.sides[k];
+                    raise_reach(curve.sides[i].back, disparity[d.front] - disparity[d.back]);
+                    f.x += nearest_float(step_x(d.towards_front)), f.y += nearest_float(step_y(d.towards_front));
+                    f.disparity = (std::max)(f.disparity, disparity[d.front]);
+                }
+                const float length = (std::max)(std::hypot(f.x, f.y), 1e-3F);
+                f.x /= length, f.y /= length;
+                fronts_[curve.sides[i].back] = f;
+            }
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
@@ -82,9 +92,10 @@ public:
         front_.swap(created_);
     }
 
-    /// Merges all pixels; see hidden_pixels::merge().
+    /// Closes the gaps at the ends of hidden surfaces, then merges all pixels; see hidden_pixels::merge().
     grown_pixels merge() {
-        reach_ = {}, dives_ = {}, curve_of_ = {};
+        for (const seal& s : seals_) close(s);
+        reach_ = {}, fronts_ = {}, curve_of_ = {};
         return pixels_.merge();
     }
 
@@ -101,6 +112,17 @@ private:
     struct front_pixel {
         std::size_t curve;
         std::int32_t pixel;
+    };
+
+    // The front surface beside a visible pixel behind a curve, over the sides of the curve within `smoothing`.
+    struct front_there {
+        float x = 0.0F, y = 0.0F;  // mean direction towards the front, of length 1
+        float disparity = 0.0F;    // of the nearest front; 0 if the pixel is not behind a curve
+    };
+
+    // The last pixel of a surface that ends at another hidden surface, and the nearer pixel of the other surface beside it.
+    struct seal {
+        std::int32_t pixel, nearer;
     };
 
     // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
@@ -127,50 +149,77 @@ private:
         }
         if (origin == no_pixel) return;
 
-        const meeting met = meet_others(curve, pixel, s, position);
-        if (met == meeting::ends) return;
-        const float average = sum / count,
-                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
+        if (ends_at_others(curve, pixel, s, position)) return;
+        const float average = sum / count, nearest = pixels_.disparity(position);
+        // If the photo's surface here is within the threshold but cannot be linked, as at a curve's free end, this is the last
+        // pixel of the hidden surface. It lies so close behind the photo's surface that no camera sees a gap between them.
+        const bool is_last = average > nearest - min_gap * surface_.max_step;
+        const float created = is_last ? nearest - seal_gap * surface_.max_step : average;
         if (lies_on_another(curve, position, created)) return;
         if (!may_link(created, source)) return;
-        const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
-        const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
-        if (dive > max_dive_) return;
+        if (is_last && !is_uncovered(x, y, created)) return;
         const std::int32_t made = pixels_.add(position, created, origin);
-        dives_.push_back(dive);
         if (!merges_curves_) curve_of_.push_back(curve);
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        created_.push_back({curve, made});
+        if (!is_last) created_.push_back({curve, made});
     }
 
-    enum class meeting { none, ends, goes_beneath };
-
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
-    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
-    // camera can see into the gap between them.
-    meeting meet_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
-        std::int32_t other = no_pixel;
+    // surface already has a neighbor on that side, this surface ends there. Returns whether it ends, linked or not.
+    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t other = no_pixel, nearer = no_pixel;
         float nearest = max_link * surface_.max_step;
-        meeting result = meeting::none;
+        bool ends = false;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
             if (std::abs(step) > (there == position ? surface_.max_step : nearest) || !may_meet(curve, there)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
-            else if (there != position && result != meeting::ends)
-                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
+            else if (there != position) {
+                ends = true;
+                if (step > 0.0F) nearer = there;
+            }
         }
-        if (other == no_pixel) return result;
-        pixels_.link(pixel, s, other);
-        return meeting::ends;
+        if (other != no_pixel)
+            pixels_.link(pixel, s, other);
+        else if (nearer != no_pixel && pixel >= reach_.count())
+            seals_.push_back({pixel, nearer});
+        return ends || other != no_pixel;
     }
 
-    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
-    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
-    // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
-    // closes the gap.
+    // Moves the last pixel of a surface close behind the nearer surface at which it ends, so that no camera sees a gap between
+    // them. The pixel stays behind all others that hide it, and linked to its neighbors.
+    void close(const seal& s) {
+        const float before = pixels_.disparity(s.pixel), gap = seal_gap * surface_.max_step;
+        const std::int32_t visible = pixels_.position(pixels_.x(s.pixel), pixels_.y(s.pixel));
+        float moved = (std::min)(pixels_.disparity(s.nearer) - gap, pixels_.disparity(visible) - min_gap * surface_.max_step);
+        for (std::int32_t there = pixels_.next_at_position(visible); there != no_pixel; there = pixels_.next_at_position(there))
+            if (pixels_.disparity(there) > before) moved = (std::min)(moved, pixels_.disparity(there) - gap);
+        for (const side t : all_sides)
+            if (const std::int32_t n = pixels_.neighbor(s.pixel, t); n != no_pixel)
+                moved = (std::min)(moved, pixels_.disparity(n) + max_link * surface_.max_step);
+        if (moved > before) pixels_.set_disparity(s.pixel, moved);
+    }
+
+    // Whether a camera may see a hidden pixel at (x, y) past the front of a curve. It does not see pixels beneath the back's side
+    // of the curve: there, the front hides them from it.
+    bool is_uncovered(std::int32_t x, std::int32_t y, float disparity) const {
+        const std::int32_t reach =
+            (std::max)(12, static_cast<std::int32_t>(std::ceil(margin_ + 2.0F * surface_.max_step * pixels_per_disparity_)));
+        for (std::int32_t v = (std::max)(y - reach, 0); v <= (std::min)(y + reach, pixels_.height() - 1); ++v)
+            for (std::int32_t u = (std::max)(x - reach, 0); u <= (std::min)(x + reach, pixels_.width() - 1); ++u) {
+                const front_there& f = fronts_[pixels_.position(u, v)];
+                if (!(f.disparity > 0.0F)) continue;
+                const float dx = nearest_float(x - u), dy = nearest_float(y - v);
+                const float uncovered = (f.disparity - disparity) * pixels_per_disparity_ + margin_;
+                if (std::hypot(dx, dy) <= uncovered && dx * f.x + dy * f.y >= -1.0F) return true;
+            }
+        return false;
+    }
+
+    // Whether another hidden surface lies at this disparity, within the threshold: it then closes the gap.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
@@ -182,13 +231,9 @@ private:
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // Steps in disparity, as multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with
-    // 1.2, some photographs had holes.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
-    std::int32_t dive_of(std::int32_t pixel) const {
-        const std::int32_t hidden = pixel - reach_.count();
-        return hidden < 0 ? 0 : dives_[hidden];
-    }
+    // Steps in disparity, as multiples of the threshold. seal_gap lies between the last pixel of a hidden surface and the surface
+    // at which it ends.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, seal_gap = 0.3F;
 
     // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
@@ -256,9 +301,11 @@ private:
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;     // maximum length in pixels of a surface's continuation beneath another
-    buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
-    buffer<std::int32_t> dives_;    // per hidden pixel: length of its surface's continuation beneath another so far
+    buffer<front_there> fronts_;         // per visible pixel: the front beside it
+    float pixels_per_disparity_ = 0.0F;  // parallax in pixels of a disparity of 1
+    float margin_ = 0.0F;                // pixels by which surfaces grow beyond the parallax
+    buffer<seal> seals_;                 // ends of surfaces, closed by merge()
+    buffer<std::size_t> curve_of_;       // per hidden pixel: the curve that it grew behind; empty if curves merge
 };
 
 }}}  // namespace ldi::detail

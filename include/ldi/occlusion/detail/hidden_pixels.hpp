@@ -72,6 +72,8 @@ public:
         return pixel;
     }
 
+    void set_disparity(std::int32_t pixel, float disparity) { hidden_disparity_[hidden_index(pixel)] = disparity; }
+
     void link(std::int32_t a, side s, std::int32_t b) {
         set_neighbor(a, s, b);
         set_neighbor(b, opposite(s), a);
