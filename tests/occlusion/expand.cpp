@@ -301,6 +301,31 @@ TEST_CASE("growing surfaces join if they meet at similar depth, and pass each ot
     }
 }
 
+TEST_CASE("at a curve's free end, a hidden surface ends with one pixel close behind the surface that the photo shows") {
+    ldi::image<float> map(80, 80);
+    for (std::size_t y = 0; y < 80; ++y)
+        for (std::size_t x = 0; x < 80; ++x) map(y, x) = 0.2F + (y < 40 || x >= 60 ? 0.0F : 0.005F * static_cast<float>(60 - x));
+    const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 40);
+    const ldi::graph& g = expanded.topology();
+    const auto gap = [&](std::int32_t i) {  // behind the photo's surface
+        return map(static_cast<std::size_t>(g.y()[i]), static_cast<std::size_t>(g.x()[i])) -
+               expanded.column<ldi::disparity_column>()[i];
+    };
+    int last = 0;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (expanded.column<ldi::known_column>()[i] != 0 || gap(i) > threshold) continue;
+        INFO("pixel at " << g.x()[i] << ", " << g.y()[i]);
+        REQUIRE(std::abs(gap(i) - 0.3F * threshold) < rounding);
+        REQUIRE(g.y()[i] >= 38);  // not beneath the back's side, except by a margin of one pixel
+        bool continues_hidden = false;
+        for (const ldi::side s : ldi::all_sides)
+            continues_hidden = continues_hidden || (g.neighbor(i, s) != ldi::no_pixel && gap(g.neighbor(i, s)) > threshold);
+        REQUIRE(continues_hidden);
+        ++last;
+    }
+    REQUIRE(last >= 1);
+}
+
 TEST_CASE(
     "at a T-junction, the midground stops at the perpendicular at its end, and the background grows behind both other surfaces") {
     const std::int32_t width = 192, height = 256;
