@@ -53,7 +53,8 @@ def network_of(path):
 
 
 def in_bytes(net, ranges):
-    """Returns (network with rounded weights, function that rounds its values), equal to the library; both do not round without ranges."""
+    """Returns (network with rounded weights, function that rounds its values); together they compute what the library does. Neither rounds
+    if `ranges` is empty."""
     if not ranges:
         return net, lambda name, value: value
     with rounded_weights(net, ranges):
@@ -64,7 +65,7 @@ def in_bytes(net, ranges):
 
 
 def rounding(ranges):
-    """For Silhouettes.forward: rounds and clips the tensors that layers read."""
+    """Returns a function for Silhouettes.forward that rounds and clips the tensors that layers read."""
     def observe(name, value):
         low, high = ranges[name]
         scale = (high - low) / 255

@@ -8,7 +8,7 @@ import numpy as np
 
 FARTHEST = 20.0  # in median distances; larger distances are clamped, in the truth and in the estimate
 EDGE_SIDE = 384  # long side at which edges are detected
-REACH = 4  # pixels: steps blurred over less count as one edge, and edges within this distance match
+REACH = 4  # distance in pixels of the two values that form an edge, which may be blurred between them; edges within this distance match
 EDGE = 1.15  # minimum ratio of disparities across an edge
 
 
@@ -110,7 +110,7 @@ def separation(disparity, mask):
 
 
 def compare(disparity, truth):
-    """disparity h x w of any size, truth H x W with NaN where unknown -> dict of measures"""
+    """disparity: h x w, of any size; truth: H x W, NaN where unknown. Returns {measure: value}."""
     known = np.isfinite(truth) & (truth > 0)
     estimate = cv2.resize(disparity.astype(np.float64), truth.shape[::-1], interpolation=cv2.INTER_LINEAR)
     least = np.median(truth[known]) / FARTHEST
