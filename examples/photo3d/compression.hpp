@@ -45,7 +45,7 @@ struct texture_files {
 inline void add_webp([[maybe_unused]] texture_files& files, [[maybe_unused]] const image<std::uint8_t>& picture,
                      [[maybe_unused]] int quality, [[maybe_unused]] const compression_choice& c) {
 #if defined(LDI_WITH_COMPRESSION)
-    // About the same error on libwebp's scale: see README.md.
+    // On libwebp's scale, a quality lower by 3 has about the same error: see README.md.
     if (c.is_wanted && c.texture != "jpeg")
         files.webp.push_back(encode_webp(picture, static_cast<float>(std::max(quality - 3, 1))));
 #endif

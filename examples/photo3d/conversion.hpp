@@ -129,7 +129,7 @@ inline photo_with_depth decode_with_map_beside(std::span<const std::byte> photo,
 
 /// Decodes a photo with the named depth map, or with its own depth unless an option excludes it.
 ///
-/// photo, depth  bytes of the files; depth is map_file()'s
+/// photo, depth  bytes of the photo's file and of map_file(names); depth is empty if there is no map
 template <executor Executor>
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
                               std::span<const std::byte> depth, const networks& by, Executor& threads) {
@@ -192,7 +192,7 @@ photo3d convert(const arguments& a, photo_with_depth& input, const networks& by,
         return make_photo3d(std::move(cleaned), photo_columns<>(), inpainter, options, threads);
     };
     photo3d made = by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
-    made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces without regard to motion
+    made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces independently of --motion
     return made;
 }
 

@@ -139,7 +139,7 @@ public:
     }
 
 private:
-    std::string expected() const { return "a photo that " + megabytes(limit_) + " of memory hold (--memory)"; }
+    std::string expected() const { return "a photo that " + megabytes(limit_) + " of memory can hold (--memory)"; }
     static std::string megabytes(std::size_t bytes) { return std::to_string((bytes + 999'999) / 1'000'000) + " MB"; }
 
     std::size_t limit_, used_;
@@ -184,8 +184,8 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// Memory for the stages of one photo: the unused part of its share, and more while the budget has it. So the budget also holds
-/// for depth with many times the hidden surfaces of photographs.
+/// Memory for the stages of one photo: the unused part of its share, and more while the budget has it. So the limit is kept even
+/// for depth maps that need many times the hidden surfaces of photographs.
 class metered_memory {
 public:
     /// held  bytes of the share in use outside the stages: files, the photo, depth maps

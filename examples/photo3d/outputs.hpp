@@ -60,10 +60,10 @@ inline std::string name_of_input(const std::filesystem::path& name) {
 /// All files that a run writes. They appear together at its end, or not at all.
 class output_files {
 public:
-    /// The set of files, for a signal's thread.
+    /// Returns the set of files, which a signal discards.
     file_set& files() { return files_; }
 
-    /// Names an input: a file, a folder of files, or nothing.
+    /// Protects an input (a file, all files of a folder, or standard input) from being an output, too. Ignores an empty name.
     void read_from(const std::filesystem::path& input) {
         std::error_code ignored;
         if (is_standard(input)) files_.protect("/dev/stdin");
@@ -134,13 +134,13 @@ inline void check_ending(const std::filesystem::path& output, std::initializer_l
 }
 
 inline void check_glb_name(const std::filesystem::path& output) {
-    check_ending(output, {".glb"}, "glTF in one binary file, which is what is written");
+    check_ending(output, {".glb"}, "photo3d writes a binary glTF file");
 }
 inline void check_page_name(const std::filesystem::path& output) {
-    check_ending(output, {".html", ".htm"}, "a page, which is what is written");
+    check_ending(output, {".html", ".htm"}, "photo3d writes a web page");
 }
 
-/// Whether this program wrote a file: its first 64 kB contain the mark.
+/// Whether this program wrote a file: whether it contains the mark.
 inline bool is_own_file(const std::filesystem::path& file, std::string_view mark) {
     const std::vector<std::byte> bytes = read_file(file);
     const char* const text = reinterpret_cast<const char*>(bytes.data());

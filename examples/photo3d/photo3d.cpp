@@ -123,7 +123,7 @@ void run(const arguments& a, output_files& files) {
     const photo_files names = names_of(a);
     check_files(a, names, files);
     stage_clock clock(a.quiet);
-    std::optional<viewer_page> viewer;  // first: if it is missing, nothing needs to be computed
+    std::optional<viewer_page> viewer;  // read first, to report a missing viewer before the conversion
     if (!names.html.empty()) viewer.emplace(a.viewer);
     const std::vector<std::byte> element = a.embed ? read_element(a.viewer) : std::vector<std::byte>();
     clock.begin("reading files");
@@ -210,8 +210,8 @@ int run_program(int count, char** values) {
 
 int main(int count, char** values) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes; returning them to the system in between would cost more time than the
-    // stages.
+    // Every stage allocates and frees tens of megabytes. Returning them to the system after each stage would take more time than
+    // the stages themselves.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

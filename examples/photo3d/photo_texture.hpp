@@ -108,7 +108,7 @@ private:
     image_view<const std::uint8_t> photo_;
     std::optional<sheet_layout> layout_;  // empty: the atlas is the only texture
     textured_mesh on_sheets_;
-    std::vector<image<std::uint8_t>> drawn_;  // for pictures
+    std::vector<image<std::uint8_t>> drawn_;  // all textures, kept for draw()
 };
 
 }  // namespace ldi::examples

@@ -221,8 +221,8 @@ def key_frames():
     good = '{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2]}'
     with folder_of_files() as f:
         for name, text, words in (
-            ("no JSON", "[" + good + ",\n\n x]", ["line 3", "letter 2"]),
-            ("no list", good, ["no list"]),
+            ("no JSON", "[" + good + ",\n\n x]", ["line 3", "column 2"]),
+            ("no list", good, ["not a list"]),
             ("an empty list", "[]", ["empty list"]),
             ("a number", "[3]", ["key frame 1", "a number"]),
             ("lists in lists", "[" * 500_000 + "]" * 500_000, ["nested"]),
