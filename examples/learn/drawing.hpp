@@ -90,12 +90,12 @@ private:
     picture sheet_;
 };
 
-/// A position in front of the lattice.
+/// A position in a layered image: column, row, and disparity.
 struct spot {
     float x, y, disparity;
 };
 
-/// Center of a pixel.
+/// Returns the center of a pixel, moved by (dx, dy) pixels.
 template <class Layers>
 spot spot_of(const Layers& layers, std::int32_t pixel, float dx = 0.0F, float dy = 0.0F) {
     const ldi::graph& g = layers.topology();
@@ -115,10 +115,10 @@ inline rgb faded(rgb color) {
     return color;
 }
 
-/// Views a layered image from the right and from above: pixels stand out in proportion to their disparity.
+/// Projects a layered image as seen from the right and from above. Pixels rise from its plane in proportion to their disparity.
 class side_view {
 public:
-    /// middle   position of the lattice's middle at disparity 0
+    /// middle   position in the picture of the layered image's center at disparity 0
     /// tile     side of a pixel, in pixels of the picture
     /// stretch  height of disparity 1 in tiles
     side_view(const ldi::graph_view& g, point middle, float tile, float stretch)

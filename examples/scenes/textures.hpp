@@ -98,7 +98,10 @@ inline texture checker(const vector3& a, const vector3& b, double square, double
     };
 }
 
-/// A ball of colored segments between its poles, with white caps.
+/// Texture of a ball: segments between its poles, alternately colored and white; the colored ones are alternately a and b. The
+/// caps at the poles have color c.
+///
+/// pairs  number of colored segments
 inline texture segments(const vector3& a, const vector3& b, const vector3& c, int pairs) {
     return [=](const surface_point& s) {
         const double radius = length(s.local);
@@ -155,7 +158,7 @@ inline texture boards(const vector3& light, const vector3& dark, double wide, st
     };
 }
 
-/// Solid wood whose trunk ran along the local y axis.
+/// Solid wood with growth rings around an axis parallel to the local y axis.
 inline texture solid_wood(const vector3& light, const vector3& dark, double ring_width, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const vector3 p = s.local * (1 / ring_width);

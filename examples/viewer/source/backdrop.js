@@ -99,7 +99,7 @@ export class Backdrop extends Mesh {
     }
 }
 
-/** The photo's camera, with depth the other way around. */
+/** Returns the photo's camera with reversed depth order: the farthest surface hides the others. */
 function cameraThatSeesTheFarthest(halfWidth, halfHeight, near, far) {
     const camera = new Camera();
     camera.projectionMatrix.makePerspective(-near * halfWidth, near * halfWidth, near * halfHeight, -near * halfHeight, near, far);

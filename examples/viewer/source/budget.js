@@ -51,7 +51,7 @@ export function asideWithin({ motion, nearest, farthest, halfWidth, halfHeight }
 }
 
 /**
- * Returns the position nearest to `position`, on the way there, that is within the budget.
+ * Moves a position toward the photo's viewpoint, if necessary, until it is within the budget.
  *
  * @param {Position} position
  * @param {Budget | null} budget
