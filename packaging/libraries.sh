@@ -120,7 +120,7 @@ build_libde265() {
     [ "$target" != web ] || options+=(-DDISABLE_SSE=ON)
     with_cmake "$(source_of libde265)" "${options[@]}"
 }
-# Reads only HEIC; AVIF needs a second decoder.
+# Builds libheif for HEIC only; AVIF would need a second decoder.
 build_libheif() {
     local source tool options=(-DENABLE_PLUGIN_LOADING=OFF)
     source=$(source_of libheif) || return

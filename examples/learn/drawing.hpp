@@ -109,7 +109,7 @@ rgb color_of(const Layers& layers, std::int32_t pixel) {
     return {c[0], c[1], c[2]};
 }
 
-/// Mixes a color with the paper's color, for parts outside the topic.
+/// Mixes a color with the color of the background, for parts outside the topic.
 inline rgb faded(rgb color) {
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<std::uint8_t>((color[c] + paper[c]) / 2);
     return color;
@@ -207,7 +207,7 @@ picture seen(const Layers& layers, bool farthest, Color&& color) {
     return result;
 }
 
-/// Combines pictures side by side, with gaps of paper.
+/// Combines pictures side by side, with gaps in the color of the background.
 inline picture side_by_side(std::span<const picture> pictures) {
     constexpr std::size_t gap = 8;
     std::size_t width = 0, height = 0;

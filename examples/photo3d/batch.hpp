@@ -126,7 +126,7 @@ inline exit_code batch::run() {
         try {
             while (threads.size() < count) threads.emplace_back(body);
         } catch (const std::system_error&) {
-            if (threads.empty()) throw;  // continues with fewer threads
+            if (threads.empty()) throw;  // otherwise the batch continues with fewer threads
         }
     };
     const auto end = [&] {

@@ -37,10 +37,10 @@ public:
     /// Disables the search for files of killed processes, which costs time in folders with many files.
     void leave_abandoned() { removes_abandoned_ = false; }
 
-    /// Names an input file, which must not be written. Ignores missing files.
+    /// Registers an input file, which must not be written. Ignores missing files.
     void protect(const std::filesystem::path& input);
 
-    /// Names a file that will be written, so that problems are reported before the work. Raises invalid_option for an empty
+    /// Registers a file that will be written, so that problems are reported before the work. Raises invalid_option for an empty
     /// name, and for a file that is already protected or claimed, under any name; file_access.
     void claim(const std::filesystem::path& target);
 

@@ -114,7 +114,7 @@ inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     return encode_jpeg(area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads), quality);
 }
 
-/// Returns the attributes of <photo-3d> that keep its place in a page before the photo has arrived.
+/// Returns the attributes of <photo-3d> that reserve its place in a page before the photo has arrived.
 inline std::string element_size(const image<std::uint8_t>& photo, bool is_whole) {
     return " width=\"" + std::to_string(photo.width()) + "\" height=\"" + std::to_string(photo.height()) + "\"" +
            (is_whole ? "" : " frame=\"crop\"");

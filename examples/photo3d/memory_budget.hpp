@@ -44,10 +44,10 @@ inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, con
 /// Bounds the bytes for decoding a photo with its depth maps: one inside, and one that is named or lies beside it.
 struct decoding_cost {
     std::size_t height = 0, width = 0;  ///< size of the photo
-    std::size_t decoding = 0;           ///< of photo and maps
-    std::size_t maps = 0;               ///< of the maps alone
-    std::size_t held_by_maps = 0;       ///< by decoded maps
-    std::size_t in_stages = 0;          ///< by the maps, and by the results of the stages that process them
+    std::size_t decoding = 0;           ///< bytes for decoding the photo and the maps
+    std::size_t maps = 0;               ///< bytes for decoding the maps alone
+    std::size_t held_by_maps = 0;       ///< bytes of the decoded maps
+    std::size_t in_stages = 0;          ///< bytes of the maps and of the results of the stages that process them
 
     /// depth  file of its depth map, empty for none. Raises the errors of reading headers
     decoding_cost(std::span<const std::byte> photo, std::span<const std::byte> depth, const arguments& a, const std::string& name,

@@ -72,8 +72,8 @@ public:
         files_.protect(input);
     }
 
-    /// Names a file that the run will write. Raises the errors of file_set::claim(); invalid_option for a second `-`, and for a
-    /// terminal.
+    /// Registers a file that the run will write. Raises the errors of file_set::claim(); invalid_option for a second `-`, and for
+    /// a terminal.
     void claim(const std::filesystem::path& output, bool is_text = false) {
         if (!is_standard(output)) return files_.claim(output);
         if (uses_standard_output_) raise(error_code::invalid_option, "-", "one output that goes to standard output", "two");
@@ -82,7 +82,7 @@ public:
         uses_standard_output_ = true;
     }
 
-    /// Names a folder for outputs, which may not exist yet. Raises file_access, invalid_option.
+    /// Registers a folder for outputs, which may not exist yet. Raises file_access, invalid_option.
     void claim_folder(const std::filesystem::path& folder) {
         if (folder.empty() || is_standard(folder))
             raise(error_code::invalid_option, "output", "the name of a folder", folder.empty() ? "an empty name" : "-");

@@ -47,7 +47,8 @@ std::vector<std::byte> read_element(const std::filesystem::path& viewer) {
     return ldi::read_file(viewer.parent_path() / "photo-3d" / "photo-3d.js");
 }
 
-/// Names the files that a page of --embed refers to. Raises invalid_option.
+/// Chooses the names of the files that a page of --embed refers to: its GLB, if none is given, and its poster. Raises
+/// invalid_option.
 void name_embedded_files(photo_files& names) {
     if (is_standard(names.html) || is_standard(names.glb))
         ldi::raise(ldi::error_code::invalid_option, "--embed", "names of files for the page and the GLB", "standard output");
@@ -160,8 +161,8 @@ void run(const arguments& a, output_files& files) {
     print_files(a, names, files.uses_standard_output());
 }
 
-/// Adds options that print the manual page or a shell's completions. Their texts name the program's data relative to the
-/// program.
+/// Adds options that print the manual page or a shell's completions. In their texts, paths of the program's data are relative to
+/// the program.
 void describe_documents(CLI::App& app) {
     app.add_option_function<std::string>(
            "--generate",

@@ -32,7 +32,7 @@ struct staging_folder {
 
     void remove() const {
         std::error_code ignored;
-        // Repeats, because a program that writes a file to it may have just made it again.
+        // Repeats, because a program that writes a file to it may have just created it again.
         for (int tries = 0; tries < 8 && std::filesystem::exists(path, ignored); ++tries)
             std::filesystem::remove_all(path, ignored);
     }

@@ -111,7 +111,7 @@ void submit(const queue_options& options) {
     write_line({{"job", options.job}, {"photos", photos}, {"messages", to.count()}, {"seconds", seconds_since(begun)}});
 }
 
-/// A file of lines that only grows. Lines that it contains when it is opened count as seen.
+/// A file to which documents are appended, one per line. Adds the identifiers of those that it already contains to `seen`.
 class line_file {
 public:
     /// Opens the file. Raises file_access, invalid_data, unavailable.
@@ -159,7 +159,8 @@ private:
     std::string text_;
 };
 
-/// Calls take(document) for each document of a message. A dead letter from the broker is the original message.
+/// Calls take(document) for each document of a message. A dead letter that the broker made contains the original message; take()
+/// then gets one document per photo, with the error.
 template <class Take>
 void for_each_document(const delivery& message, Take take) {
     if (message.reason_of_death.empty()) {

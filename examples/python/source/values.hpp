@@ -14,7 +14,7 @@
 
 namespace ldi::python {
 
-/// Layers, charts, atlases and meshes fit together if they have the same identifier, a random number that expand() generates.
+/// Layers, charts, atlases and meshes belong together if they have the same identifier, a random number that expand() generates.
 using geometry_id = std::uint64_t;
 
 inline geometry_id new_geometry_id() {

@@ -103,8 +103,8 @@ def draw(rng, size=256):
 
 
 def covered(disparity, motion, angle):
-    """Returns labels for a photograph from its disparity (H x W, 0 to 1): the hole is the area that nearer surfaces cover when disparity 1
-    moves by `motion` pixels relative to disparity 0 in direction `angle`; the covering surfaces do not exist."""
+    """Returns labels for a photograph from its disparity (H x W, 0 to 1). HOLE: pixels that nearer surfaces would cover if disparity 1 moved by
+    `motion` pixels relative to disparity 0 in direction `angle`. ABSENT: the nearer surfaces around the hole."""
     height, width = disparity.shape
     y, x = np.mgrid[0:height, 0:width]
     to_y, to_x = (np.rint(at + motion * way * disparity).astype(np.int32) for at, way in ((y, np.sin(angle)), (x, np.cos(angle))))

@@ -131,7 +131,7 @@ class Farbrausch(nn.Module):
         c_in = [INPUTS, *CHANNELS[:-1]]
         self.encoder = nn.ModuleList(
             PartialConvolution(a, b, k, 2, normalize=i > 0, leak=0.0) for i, (a, b, k) in enumerate(zip(c_in, CHANNELS, KERNELS)))
-        # decoder[j] undoes encoder[LEVELS - 1 - j]
+        # decoder[j] doubles the resolution that encoder[LEVELS - 1 - j] halved
         self.decoder = nn.ModuleList()
         previous = CHANNELS[-1]
         for i in reversed(range(LEVELS)):

@@ -136,7 +136,7 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimiser"])
-        for group in self.optimizer.param_groups:  # the checkpoint contains the options of its own run
+        for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint by this run's
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 

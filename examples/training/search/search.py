@@ -94,7 +94,7 @@ def ranks(values):
 
 
 def correlations(a, b):
-    """(Pearson's, Spearman's)"""
+    """Returns [Pearson's, Spearman's correlation]."""
     return [round(float(np.corrcoef(x, y)[0, 1]), 3) for x, y in ((a, b), (ranks(a), ranks(b)))]
 
 

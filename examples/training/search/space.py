@@ -36,7 +36,7 @@ SHIPPED = (32, 16, 24, 6, 2, 1, 32, 6, 3, 1, 64, 6, 4, 1, 96, 6, 3, 1, 160, 6, 3
 
 
 def size():
-    """Number of members."""
+    """Returns the number of networks in the space."""
     product = 1
     for choices in GENES.values():
         product *= len(choices)

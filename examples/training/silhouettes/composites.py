@@ -131,7 +131,7 @@ class Composites:
         return (t[:, ::-1] if rng.random() < 0.5 else t).astype(np.float32), i
 
     def cutout(self, size):
-        """Returns (colors, mask at SUPER times the size), or None if the object lies outside."""
+        """Returns a random object, randomly placed, as (colors, mask at SUPER times the size). None if its photograph has almost no object."""
         rng, (h, w) = self.rng, size
         name = self.cutouts[int(rng.integers(len(self.cutouts)))]
         p, mask = self.photos[self.index[name]], cv2.imread(os.path.join(self.masks_folder, name + ".png"), cv2.IMREAD_GRAYSCALE)

@@ -181,7 +181,8 @@ def add(lists, values):
 
 
 def windows(disparity, radius=20, least=0.06):
-    """Returns (band, share of the front) of an earlier prototype with known figures: steps of at least `least` in square windows, sharp or not."""
+    """Returns (band, share of the front) as an earlier prototype found them, for a comparison: the band is where the disparity steps by at
+    least `least` in a square window, sharply or not."""
     def box(change, r):
         return change(disparity, np.ones((2 * r + 1, 2 * r + 1), np.uint8), borderType=cv2.BORDER_REPLICATE)
     low, high = (cv2.blur(box(change, radius), (radius + 1, radius + 1), borderType=cv2.BORDER_REPLICATE) for change in (cv2.erode, cv2.dilate))

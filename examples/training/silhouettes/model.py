@@ -80,9 +80,11 @@ class Silhouettes(nn.Module):
         self.layers = nn.ModuleList(Layer(name, inputs, outputs, stride) for name, _, inputs, outputs, _, stride in LAYERS)
 
     def forward(self, x, region, observe=lambda name, value: value):
-        """x: N x CHANNELS x H x W, 0 outside the region; region: N x 1 x H x W, 0 or 1 -> N x 2 x H x W, logits of alpha and of the
-        probability that alpha's side is right. Level i + 1 of the region has its pixels with even x and y. observe: a function that receives,
-        and may replace, every tensor that a layer reads"""
+        """Returns N x 2 x H x W: logits of alpha and of the probability that alpha's side is right.
+
+        x        N x CHANNELS x H x W, 0 outside the region
+        region   N x 1 x H x W, 0 or 1. Level i + 1 keeps the pixels of level i with even x and y
+        observe  function that receives, and may replace, every tensor that a layer reads"""
         regions, values = [region], {"input": observe("input", x)}
         for _ in range(3):
             regions.append(regions[-1][:, :, ::2, ::2].contiguous())

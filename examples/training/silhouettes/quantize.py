@@ -13,7 +13,7 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors  # noqa: E402
 
 LARGEST_WEIGHT = 63
-INPUT_RANGE = (-128 / 127, 1.0)  # in steps of 1 / 127
+INPUT_RANGE = (-128 / 127, 1.0)  # the input is stored in steps of 1 / 127
 SHARE_INSIDE = 0.9999            # share of a tensor's values inside its range
 
 

@@ -33,7 +33,7 @@ LIVING = (3, 8, 10, 12, 13, 15, 17)  # classes of the segmentation: bird, cat, c
 MAX_PHOTOGRAPHS = 130  # number of evenly spaced photographs per folder that are searched for subjects
 MIN_SUBJECT, MAX_SUBJECT = 0.02, 0.5  # share of the photograph's area
 APART = 0.05  # share of a photograph's range of disparity: the step at which the library separates surfaces
-NOISE = 20  # standard deviation of the noisy versions
+NOISE = 20  # standard deviation of the noise in the noisy versions, of 255
 
 
 class Floats:

@@ -40,7 +40,7 @@ def align(estimate, truth, known):
 
 
 def edges(logarithm, known):
-    """Finds pixels that differ from the pixel REACH to the right, or below, by a factor of EDGE or more, both known."""
+    """Returns a mask of the edges: places where two known pixels, REACH apart in a row or column, differ by more than a factor of EDGE."""
     found = np.zeros(known.shape, bool)
     for y, x in ((0, REACH), (REACH, 0)):
         h, w = known.shape[0] - y, known.shape[1] - x
@@ -57,7 +57,8 @@ def at_edge_side(ours, true, known):
 
 
 def edge_agreement(ours, true, known):
-    """Returns the F1 of the estimate's edges; edges within REACH pixels of the truth's match. NaN if the truth has almost no edges."""
+    """Returns the F1 of the estimate's edges. Two edges match if they are within REACH pixels of each other. NaN if the truth has almost no
+    edges."""
     ours, true, known = at_edge_side(ours, true, known)
     disc = np.ones((2 * REACH + 1,) * 2, np.uint8)
     a, b = edges(np.log(ours), known), edges(np.log(true), known)

@@ -262,7 +262,7 @@ def main():
                 if new:
                     log.write("\t".join(columns) + "\n")
                 log.write("\t".join(f"{v:.6g}" for v in columns.values()) + "\n")
-            # wall-clock minutes, at the previous rate of processor time
+            # wall-clock minutes, if processor time keeps passing as fast as it has since the start
             left = (run.seconds / progress - run.seconds) * (time.time() - started) / (run.seconds - before) / 60 if progress > 0 else math.nan
             print(f"{time.strftime('%H:%M:%S')} step {run.step} ({100 * progress:.1f} %, {pace:.2f} steps/s, {left:.0f} min left)  "
                   + "  ".join(f"{n} {v:.4f}" for n, v in means.items()) + f"  held out: error {error:.4f}, gradient {difference:.4f}  watched: "

@@ -78,7 +78,7 @@ export class Backdrop extends Mesh {
         const hidden = [];
         model.traverse((part) => {
             if (!part.visible || ![part.material ?? []].flat().some((material) => material.transparent)) return;
-            part.visible = false; // soft edges: colors of the foreground
+            part.visible = false; // hides soft edges, which have the foreground's colors
             hidden.push(part);
         });
         const [target, clearAlpha] = [renderer.getRenderTarget(), renderer.getClearAlpha()];

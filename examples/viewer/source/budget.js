@@ -28,7 +28,7 @@ export function readBudget({ motion, nearest, farthest }, halfWidth, halfHeight)
     return isGiven ? { motion, nearest, farthest, halfWidth, halfHeight } : null;
 }
 
-/** Returns the parallax at a position without the factor of approaching, as a share of the photo's long side. */
+/** Returns the parallax at a position, as a share of the photo's long side, as if the viewer had not come nearer, which magnifies it. */
 function across({ x, y, z }, { halfWidth, halfHeight, nearest, farthest }) {
     const moved = Math.hypot(Math.abs(x) + Math.abs(z) * halfWidth, Math.abs(y) + Math.abs(z) * halfHeight);
     return (moved * (1 / nearest - 1 / farthest)) / (2 * Math.max(halfWidth, halfHeight));

@@ -25,7 +25,7 @@ export class Head {
         this.moved = new Vector3();
     }
 
-    /** @param {XRViewerPose} pose */
+    /** Computes the members from the head's pose, relative to its first pose. @param {XRViewerPose} pose */
     update(pose) {
         const { position: p, orientation: o } = pose.transform;
         const position = new Vector3(p.x, p.y, p.z);

@@ -68,7 +68,7 @@ export function disposeOf(photo) {
     });
 }
 
-/** Calls `visit` with every vertex of every mesh, in the space around the model. */
+/** Calls `visit` with every vertex of every mesh, in world coordinates. */
 function forEachVertex(model, visit) {
     const vertex = new Vector3();
     model.traverse((part) => {

@@ -108,7 +108,7 @@ async function saveVideo() {
     setView("shown");
 }
 
-/** Dropped and pasted files, in the page and in the viewer. */
+/** Converts a file that the user drops on an element, or pastes into it. */
 function listenForFiles(where) {
     where.addEventListener("dragover", (event) => {
         event.preventDefault();

@@ -40,7 +40,7 @@ async function load({ wasm, depth, inpainting, threads }) {
     const options = { wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) };
     if (threads) {
         const address = URL.createObjectURL(scriptOf(threads.worker));
-        shared = new WebAssembly.Memory({ initial: 256, maximum: 16384, shared: true }); // as build.sh states, in pages of 64 KiB
+        shared = new WebAssembly.Memory({ initial: 256, maximum: 16384, shared: true }); // in pages of 64 KiB: the two sizes in build.sh
         Object.assign(options, { wasmMemory: shared, mainScriptUrlOrBlob: scriptOf(threads.loader), locateFile: () => address });
     }
     converter = await createConverter(options);
