@@ -222,7 +222,7 @@ inline int file_set::put_in_place(entry& e) {
         if (failure) return failure.value();
         if (const int unsafe = synchronize(old(e)); unsafe != 0) return unsafe;
         if (const int unsafe = stagings_[e.staging].keep(); unsafe != 0) return unsafe;
-        e.is_old_kept = e.is_placed = true;  // also if it is written only partly
+        e.is_old_kept = e.is_placed = true;  // true even if overwrite() fails halfway, so that take_back() restores the file
         return overwrite(e.place, temporary(e));
     }
     if (entries_.size() > 1 && std::filesystem::exists(e.place, failure)) {

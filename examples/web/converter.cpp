@@ -248,8 +248,8 @@ EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
     });
 }
 
-/// Checks a file's header; returns 1 if web_open() decodes it, 2 if the browser must (formats of other libraries, color
-/// profiles), or 0 after an error.
+/// Checks a file's header; returns 1 if web_open() decodes the file, 2 if the browser must decode it (a format or a color profile
+/// for which this program has no library), or 0 after an error.
 EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const char* name) {
     int decoder = 1;
     const int is_done = attempt([&] {

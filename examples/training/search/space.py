@@ -92,7 +92,7 @@ class Blocks(Builder):
 
 @functools.lru_cache(1)  # successive calls have the same argument
 def built(member):
-    """Returns the member's Blocks; model.Student accepts its operators."""
+    """Returns the member's Blocks, whose operators model.Student accepts."""
     g, b = dict(zip(NAMES, member)), Blocks()
     full = b.block("full", "photo", "conv3", g["up0.channels"], relu=True)
     x, levels = b.block("stem", "photo", "conv3", g["stem"], stride=2, relu=True), [full]

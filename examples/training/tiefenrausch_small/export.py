@@ -70,7 +70,7 @@ class Integers:
 
     def __init__(self, tensors):
         self.t = tensors
-        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # the library would refuse such an operator
+        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # asserts the limits beyond which the library refuses an operator
             if kind < 2:
                 scale = tensors["scales"][a] * tensors["weight_scales"][i] / tensors["scales"][i + 1]
                 assert 2.0 ** -32 <= scale < 1, (i, scale)

@@ -170,7 +170,9 @@ class Schedule:
             return None
 
     def progress(self, seconds, reached):
-        """Returns the progress after `seconds` of processor time. reached: progress at the last call, also that of a run before a restart"""
+        """Returns the progress after `seconds` of processor time.
+
+        reached  progress so far, including that of an interrupted run which this one resumes"""
         hours = self.read("hours", self.hours) or self.hours
         progress = min(1.0, seconds / (3600 * hours))
         minutes = self.read("finish", 30.0)

@@ -6,8 +6,8 @@
  *
  * @typedef {object} Budget
  * @property {number} motion  maximum parallax between the nearest and the farthest surface, as a share of the photo's long side
- * @property {number} nearest  distances to which `motion` refers; the photo's surfaces may lie inside
- * @property {number} farthest
+ * @property {number} nearest  lower bound of the surfaces' distances, to which `motion` refers
+ * @property {number} farthest  upper bound
  * @property {number} halfWidth  half the photo's width at distance 1
  * @property {number} halfHeight
  */

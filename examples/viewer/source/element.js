@@ -245,10 +245,10 @@ export class Photo3D extends Base {
         else this.#release();
     }
 
-    /** Frees the photo, which src loads again. */
+    /** Frees the photo. It will be loaded from `src` again. */
     #release() {
         withdraw(this.#waiting);
-        if (!this.#load || this.#load.source === null) return; // only the page can load this photo again
+        if (!this.#load || this.#load.source === null) return; // the photo came from show(), so it could not be loaded again
         this.#load.abort.abort();
         this.#load = null;
         this.#view.release();
@@ -401,7 +401,7 @@ export class Photo3D extends Base {
         }
         const isFull = this.#isOver || this.matches(":fullscreen");
         setIcon(fullscreen, isFull ? "leave" : "fullscreen", isFull ? "Leave full screen" : "Full screen");
-        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // the element already has its maximum size
+        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // a standalone element fills the page already
         reset.hidden = share.hidden = !isAlone;
         caption.hidden = !isAlone || !caption.textContent;
         tilt.hidden = !isAlone || !mustAskForTilt() || isReduced();

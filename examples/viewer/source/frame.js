@@ -29,7 +29,7 @@ const wayIn = 0.22;
 /** Hidden share of a photo whose surfaces end at its border: of its width on the left and right, of its height at the top and bottom. */
 export const croppedBorder = 0.034;
 
-/** Reaches of a head between which the model fades from opaque to invisible. A flat screen has no fading. */
+/** Results of headReach() between which the model fades from opaque to invisible. A flat screen has no fading. */
 const fading = { begin: 0.7, end: 1 };
 
 /** @param {number} reach  see headReach(). @returns {number} 1: opaque, 0: invisible */

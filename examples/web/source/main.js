@@ -137,7 +137,7 @@ function start() {
     for (const id of ["file", "camera-file"])
         element(id).addEventListener("change", ({ target }) => {
             convert(target.files[0]);
-            target.value = ""; // choosing the same file again is a change
+            target.value = ""; // choosing the same file again then also fires "change"
         });
     element("choose").addEventListener("click", () => element("file").click());
     element("again").addEventListener("click", () => element("file").click());
