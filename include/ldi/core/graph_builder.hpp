@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
 ///     b.link(a, side::right, c);
 ///     const graph g = std::move(b).build();
-class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
+class graph_builder final : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
     /// count          number of initial pixels, all at (0, 0) and without links
