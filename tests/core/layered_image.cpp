@@ -147,7 +147,7 @@ concept has_writable_column = requires(B& b) {
 || requires(B& b) { b.x_; }
 || requires(B& b) { b.left()[0] = 1; };
 static_assert(!has_writable_column<graph_builder> && !has_writable_column<graph>, "no view could change a graph after build()");
-static_assert(std::is_final_v<graph> && std::is_final_v<graph_view> && std::is_final_v<graph_builder>);
+static_assert(std::is_final_v<graph> && std::is_final_v<graph_view>);
 struct thief : detail::index_columns<buffer<std::int32_t>> {
     template <class T = thief>
     static constexpr bool reaches_columns = requires {
