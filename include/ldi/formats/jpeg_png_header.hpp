@@ -129,7 +129,7 @@ private:
     std::span<const std::byte> bytes_;
     const std::string& where_;
     picture_header header_;
-    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has filled yet
+    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has contained so far
     std::size_t components_ = 0;
     bool adobe_ = false;
 };
@@ -206,8 +206,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
-    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. Rows of
-    // an interlaced picture are a few bytes longer, so their buffer is doubled once.
+    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. An
+    // interlaced picture has a few bytes more than stb_image expects, so stb_image doubles the buffer of the rows once.
     const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});

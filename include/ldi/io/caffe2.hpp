@@ -167,7 +167,7 @@ private:
         c.weight_quantization = weights.values;
         check_bias(op, c, bias, outputs);
         c.bias = std::move(bias.integers);
-        // Only the weights of the first layer determine the photo's number of channels.
+        // Only the weights of the first layer state how many channels the photo has.
         if (c.input == 0) result_.input_channels = static_cast<std::size_t>(c.depthwise ? outputs : inputs);
         return c;
     }

@@ -179,7 +179,7 @@ private:
         }
     }
 
-    /// Returns the part of an extent inside the file; length 0 extends to the end.
+    /// Returns the bytes of an extent, cut off at the end of the file. An extent of length 0 extends to the end.
     std::span<const std::byte> extent(std::uint64_t method, std::uint64_t base, std::uint64_t offset,
                                       std::uint64_t length) const {
         if (method > 1) raise(error_code::unsupported, where_, "items that lie in the file", "an item inside of another");

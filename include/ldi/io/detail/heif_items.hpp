@@ -60,7 +60,7 @@ private:
         double width = 0, height = 0, memory = 0;
         double pixels = 0;        ///< number of pixels of all pictures; a pixel counts once per decoding, rotation and crop
         double pictures = 0;      ///< number of decoded pictures, with repetitions
-        double per_pixel = 0;     ///< in bytes
+        double per_pixel = 0;     ///< memory in bytes
         bool is_foreign = false;  ///< the codec is neither HEVC nor AV1
         bool is_known = false;    ///< false while the cost is being computed
     };
@@ -148,8 +148,8 @@ private:
             }
         }
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
-        // Bytes for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and the
-        // additional memory of an AV1 decoder.
+        // Bytes per pixel: for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and
+        // the additional memory of an AV1 decoder.
         const bool is_av1 = item.type == "av01";
         c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
         c.pictures = 1;

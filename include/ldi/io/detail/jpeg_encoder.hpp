@@ -1,5 +1,5 @@
 // Writes JPEG files with libjpeg or libjpeg-turbo, if ldi::io was configured with it. libjpeg-turbo is about seven times as
-// fast as stb_image_write and uses the same tables.
+// fast as stb_image_write and uses the same quantization and Huffman tables.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

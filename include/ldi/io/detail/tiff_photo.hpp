@@ -159,7 +159,7 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     std::uint16_t orientation = 1;
     TIFFGetFieldDefaulted(file.get(), TIFFTAG_ORIENTATION, &orientation);
     photo.orientation = orientation;
-    // Otherwise libtiff mirrors the picture, but does not rotate it.
+    // With the stored orientation, libtiff would mirror the picture, but not rotate it.
     TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
     std::uint32_t count = 0;
     const void* data = nullptr;

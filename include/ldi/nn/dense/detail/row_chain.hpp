@@ -1,6 +1,7 @@
-// Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
-// keep only the rows that the next layer still needs. The rings stay in the processor's caches, so the tensors inside the
-// network's blocks, with 6 to 15 times as many channels as the tensors between them, never reach memory.
+// Runs consecutive layers as one chain. Each task computes a strip, some consecutive rows of the last layer's result, a few rows
+// per step. Ring buffers between the layers keep only the rows that the next layer still needs, and stay in the processor's
+// caches. The tensors inside the network's inverted residual blocks, with 6 to 15 times as many channels as the tensors between
+// the blocks, therefore never reach memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
