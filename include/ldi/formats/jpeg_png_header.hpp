@@ -142,7 +142,7 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
 /// Properties of a PNG file that bound the memory for decoding it.
 struct png_layout {
     std::size_t bits_per_pixel = 0;
-    std::size_t decoded_bytes = 0;  ///< per pixel
+    std::size_t decoded_bytes = 0;  ///< bytes per pixel of the decoded picture
     bool is_interlaced = false;
 };
 

@@ -28,7 +28,7 @@ struct picture_header {
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
-    bool has_alpha = false;                         ///< WebP only
+    bool has_alpha = false;                         ///< whether the picture has alpha; WebP only
     std::size_t end = 0;  ///< JPEG only: offset of the first byte after the picture; phones append further pictures
 };
 

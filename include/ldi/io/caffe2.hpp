@@ -224,7 +224,7 @@ private:
     const network_message& network_;
     const std::string &network_file_, &weight_file_;
     std::string_view image_;                           ///< name of the tensor that contains the photo
-    std::map<std::string_view, std::size_t> tensors_;  ///< name to index
+    std::map<std::string_view, std::size_t> tensors_;  ///< index of each tensor by name
     std::map<std::string_view, constant> constants_;
     network_description result_;
     bool is_complete_ = false;

@@ -157,7 +157,7 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
         v *= options.scale;
         if (is_meters) v = v > 0 && std::isfinite(v) ? 1 / v : invalid;
         if (!std::isfinite(v)) v = invalid;
-        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // do not change if v is NaN
+        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // NaN changes neither
     }
     if (options.kind == depth_map_kind::disparity && !options.white_is_near) {
         // The difference of two floats may overflow; the difference of their halves never does.

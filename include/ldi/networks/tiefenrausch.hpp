@@ -188,7 +188,7 @@ public:
 
 private:
     static constexpr std::size_t max_long_side = 4096;
-    static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
+    static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
     /// Estimated fraction of the time of both passes that the detail pass needs, in proportion to its area.
     float details_share() const {

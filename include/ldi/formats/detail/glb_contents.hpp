@@ -75,7 +75,7 @@ struct own_attribute {
 /// writes them in an order in which each array is aligned to its scalar type without padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
-    std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
+    std::span<const std::uint8_t> opacity;  ///< opacity of the vertices of a strip; empty for a part
     std::span<const std::uint32_t> triangles;
     std::uint32_t first_vertex = 0;  ///< vertex of the mesh that index 0 of the file refers to
     buffer<own_attribute> own = {};  ///< empty for a strip
@@ -84,7 +84,8 @@ struct geometry {
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    bool has_short_indices() const { return vertex_count() < 65536; }  // glTF reserves index 65,535
+    /// Whether indices have 16 bits. glTF reserves index 65,535.
+    bool has_short_indices() const { return vertex_count() < 65536; }
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }

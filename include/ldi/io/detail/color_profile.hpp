@@ -26,8 +26,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { inline n
 /// Maximum memory for reading a profile: its own bytes, and those that Little CMS allocates.
 inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
 
-/// Converts colors to sRGB in place. Does nothing if the profile is neither RGB nor gray, or cannot be read in
-/// max_profile_memory.
+/// Converts colors to sRGB in place. Does nothing if the profile is neither RGB nor gray, if it cannot be read in
+/// max_profile_memory, or without Little CMS.
 ///
 /// color    H x W x 3
 /// profile  color space of the samples

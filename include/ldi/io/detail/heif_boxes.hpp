@@ -145,7 +145,7 @@ private:
             if (type != "infe") return;
             heif_numbers entry(body, where_);
             const unsigned of = version(entry);
-            if (of < 2) return;  // not a picture
+            if (of < 2) return;  // these versions do not describe pictures
             const std::uint32_t id = entry.next_32(of == 2 ? 2 : 4);
             entry.next(2);
             count(item_count_, 1, max_items, "items");

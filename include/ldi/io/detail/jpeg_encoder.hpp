@@ -55,7 +55,7 @@ private:
         std::jmp_buf back;
     };
     struct file {
-        jpeg_destination_mgr base;  // first, for the same reason
+        jpeg_destination_mgr base;  // first, so that a pointer to it can be cast to a pointer to `file`
         std::byte* bytes;
         std::size_t capacity;
 

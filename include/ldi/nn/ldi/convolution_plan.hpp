@@ -1,6 +1,6 @@
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
 // where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
-// silhouettes. A plan depends only on the graph and the kernel size; all layers of a level share it.
+// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

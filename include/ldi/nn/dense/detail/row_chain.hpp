@@ -30,7 +30,7 @@ struct chain_stage {
     const packed_layer* layer = nullptr;
     tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
     std::size_t input_channels = 0;
-    std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
+    std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
     bool chain_is_second = false;  ///< addition only: the chain computes the second operand
     std::size_t rows = 0;          ///< rows computed per step
