@@ -52,7 +52,7 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 /// Returns the Adler-32 of the bytes.
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
+    constexpr std::size_t max_at_once = 5552;  // with more bytes, sum_of_sums could overflow
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
         const std::size_t count = (std::min)(bytes.size(), max_at_once);

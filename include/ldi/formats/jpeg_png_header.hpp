@@ -58,7 +58,7 @@ public:
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
         // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
         if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
-        // A block of at most 256 pixels of one channel occupies at least one bit.
+        // A block of at most 256 pixels of one channel occupies at least one bit, so a byte holds at most 2048 pixels.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
                    std::to_string(bytes_.size()) + " bytes");

@@ -18,7 +18,7 @@ struct picture_limits {
     /// Budget of a file: memory for decoding in bytes, in addition to max_memory_per_byte. Decoding needs about 6 bytes per
     /// pixel, and 24 for AVIF with more than 8 bits per sample.
     std::size_t max_memory = 600'000'000;
-    /// Additional memory per byte of the file: photos of 200 megapixels are tens of megabytes long.
+    /// Additional memory per byte of the file, for large photos: one of 200 megapixels has tens of megabytes.
     std::size_t max_memory_per_byte = 40;
     /// Maximum number of samples that all scans together may process; a billion costs one to four seconds. A progressive JPEG
     /// file codes each channel in several scans, about ten in total; a HEIC file may place a tile many times.

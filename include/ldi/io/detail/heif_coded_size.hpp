@@ -24,7 +24,7 @@ struct coded_size {
 /// Reads bits, most significant first. Bits beyond the end are 0.
 class bit_reader {
 public:
-    /// is_escaped  skips a byte 3 after two zero bytes (HEVC's emulation prevention)
+    /// is_escaped  whether to skip a byte 3 after two zero bytes (HEVC's emulation prevention)
     bit_reader(std::span<const std::byte> bytes, bool is_escaped) : bytes_(bytes), is_escaped_(is_escaped) {}
 
     std::uint64_t next(unsigned count) {
@@ -124,7 +124,7 @@ inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc) {
 inline void skip_av1_operating_points(bit_reader& bits) {
     bool has_decoder_model = false;
     unsigned delay_bits = 0;
-    if (bits.next(1) != 0) {  // timing
+    if (bits.next(1) != 0) {  // timing information is present
         bits.next(64);
         if (bits.next(1) != 0) bits.golomb();
         has_decoder_model = bits.next(1) != 0;

@@ -119,7 +119,8 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     return blocks;
 }
 
-/// Returns the ICC profile. Without one, returns the number of the primaries, unless the transfer curve is PQ or HLG.
+/// Returns the ICC profile. Without one, returns the number of the color primaries (ITU-T H.273), unless the transfer curve
+/// is PQ or HLG.
 inline color_profile heif_profile(const heif_image_handle* handle) {
     color_profile profile;
     const std::size_t size = heif_image_handle_get_raw_color_profile_size(handle);

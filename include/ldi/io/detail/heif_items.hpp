@@ -128,7 +128,7 @@ private:
         c.pixels = passes;  // passes per pixel; add_own() multiplies them by the number of pixels
     }
 
-    /// Adds the cost of the picture itself.
+    /// Adds the cost of the picture itself, without the pictures that it is derived from.
     static void add_own(cost& c) {
         c.memory += c.width * c.height * c.per_pixel;
         c.pixels *= c.width * c.height;

@@ -128,7 +128,7 @@ private:
         if (width == 0 || height == 0) broken(where);
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
-        header.memory_per_pixel = 8;  // packed samples, then RGB
+        header.memory_per_pixel = 8;  // packed RGBA, then RGB
         // Memory for the compressed bytes, at most the whole file; for the samples of a strip or tile (twice, because some
         // codecs keep two copies; four times as much if each channel is a separate plane); and for the packed samples of a
         // tile.

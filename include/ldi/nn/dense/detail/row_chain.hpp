@@ -101,7 +101,7 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 /// Addresses of a tensor's rows. The rows of `middle` are read from the tensor itself. The rows before and after them are read
 /// from copies, because other strips may overwrite the originals.
 struct row_source {
-    /// addresses of row 0, of row middle.first - reach, and of row middle.end - reach
+    /// addresses of row 0 of the tensor, and of the copies of rows middle.first - reach and middle.end - reach
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
     std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
@@ -147,7 +147,7 @@ private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
         std::size_t made = 0;         // rows before this one are computed
-        std::size_t next_padded = 0;  // rows of the input before this one are copied
+        std::size_t next_padded = 0;  // rows of the input before this one are copied to `padded`
     };
 
     /// Computes the missing rows of a stage before row `end`, and first the rows of earlier stages that they depend on.

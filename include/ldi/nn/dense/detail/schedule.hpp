@@ -165,7 +165,8 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites input rows soon after reading them, so only the addition may read them a second time.
+    // The chain overwrites an input row soon after its first layer has read it. Apart from this layer, only the addition at the
+    // end may read the row, just before it is overwritten.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
@@ -201,7 +202,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
 
 /// Plans the chains and the memory for one input size.
 ///
-/// sizes, channels  one per tensor
+/// sizes, channels  size and number of channels of each tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {
