@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Header data of a complete file.
+/// Data from the header of a picture file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
     std::size_t width = 0, height = 0;              ///< stored size in pixels

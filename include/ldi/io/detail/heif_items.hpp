@@ -1,5 +1,6 @@
-// Computes the cost of decoding a picture in a HEIC or AVIF file. The picture may be a grid, overlay or identity of other
-// pictures; the cost covers all coded pictures and all pictures derived from them. Rejects pictures that contain themselves.
+// Computes the cost of decoding a picture in a HEIC or AVIF file. The picture may be derived from other pictures, as a
+// grid, an overlay or a rotated or cropped copy ("iden"); the cost covers all coded pictures and all pictures derived from them.
+// Rejects pictures that contain themselves.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -48,7 +48,7 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Vertical enlargement by a resize, on its own or fused with a depthwise convolution.
+    /// Factor by which the stage enlarges its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
