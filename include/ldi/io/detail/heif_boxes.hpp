@@ -145,7 +145,7 @@ private:
             if (type != "infe") return;
             heif_numbers entry(body, where_);
             const unsigned of = version(entry);
-            if (of < 2) return;  // not a picture
+            if (of < 2) return;  // these versions do not describe pictures
             const std::uint32_t id = entry.next_32(of == 2 ? 2 : 4);
             entry.next(2);
             count(item_count_, 1, max_items, "items");
@@ -180,7 +180,7 @@ private:
         }
     }
 
-    /// Returns the part of an extent inside the file; length 0 extends to the end.
+    /// Returns the bytes of an extent, cut off at the end of the file. An extent of length 0 extends to the end.
     std::span<const std::byte> extent(std::uint64_t method, std::uint64_t base, std::uint64_t offset,
                                       std::uint64_t length) const {
         if (method > 1) raise(error_code::unsupported, where_, "items that lie in the file", "an item inside of another");
