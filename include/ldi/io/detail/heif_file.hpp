@@ -93,9 +93,11 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     const std::unique_ptr<heif_decoding_options, heif_deleter> options(heif_decoding_options_alloc());
     if (options) options->convert_hdr_to_8bit = 1;
     const auto length = [](int side) { return static_cast<std::size_t>((std::max)(side, 0)); };
-    constexpr std::size_t for_threads = 64'000'000;  // for stacks of libheif's threads, in addition to 18 bytes per pixel
-    require_memory(18 * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads,
-                   where);
+    // At most 24 bytes per pixel (heif_items.hpp), and the stacks of libheif's threads.
+    constexpr std::size_t per_pixel = 24, for_threads = 64'000'000;
+    require_memory(
+        per_pixel * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads,
+        where);
     heif_image* pixels = nullptr;
     check_heif(heif_decode_image(handle, &pixels, space, chroma, options.get()), where);
     return heif_pixels(pixels);
