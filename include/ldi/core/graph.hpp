@@ -79,7 +79,7 @@ public:
     index_view left() const& { return neighbors(side::left); }
     index_view right() const& { return neighbors(side::right); }
 
-    // Columns of a temporary owner, which would be destroyed with it.
+    // No views of a temporary owner's columns, which would be destroyed with the owner.
     index_view x() const&& requires is_owner = delete;
     index_view y() const&& requires is_owner = delete;
     index_view neighbors(side) const&& requires is_owner = delete;

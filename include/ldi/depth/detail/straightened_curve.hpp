@@ -1,5 +1,6 @@
 // The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
-// to the front. Pixels outside the band's uncertain middle have the colors of the two surfaces.
+// to the front. In the middle of the band, it is uncertain which surface a pixel belongs to; the pixels outside the middle have
+// the colors of the two surfaces.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
