@@ -181,7 +181,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
-    /// The values to assign must not lie in this buffer, except a single one.
+    /// `value` may lie in this buffer; the range of the other assign() must not.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();

@@ -1,4 +1,4 @@
-// Charts: flat pieces of a layered image (charts/charts.hpp divides one), and their positions in an atlas.
+// Charts: flat pieces of a layered image, into which charts/charts.hpp divides it, and their positions in an atlas.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

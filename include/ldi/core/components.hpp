@@ -1,5 +1,5 @@
-// Connected components: sets of pixels that links connect. Depth cleaning uses them (paper, section "Geometry", isolated features
-// at middle values), as does other code that treats a surface as a unit.
+// Connected components of a graph: sets of pixels that links connect, for code that treats a surface as a unit. Depth cleaning,
+// which has no graph yet, finds the components of a disparity map instead (depth/middle_components.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>

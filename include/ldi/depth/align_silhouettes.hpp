@@ -94,7 +94,7 @@ public:
 private:
     static constexpr float impossible = 1e6F;
     static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
-    static constexpr float max_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
+    static constexpr float max_evidence = 3.0F;  // maximum log-likelihood ratio of a pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -195,7 +195,8 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels; averaging over several corners removes the stair steps. An end is not averaged.
+        // Cuts are whole pixels. Averaging them over `even` corners on either side removes the stair steps. An end of the curve
+        // keeps its own cut.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);

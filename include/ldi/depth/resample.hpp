@@ -48,7 +48,7 @@ struct window {
 // Up to four pixels of the photo: vector instructions process them together.
 struct four_pixels {
     std::size_t count = 0;
-    std::array<float, wide> x{}, y{};  // in samples
+    std::array<float, wide> x{}, y{};  // positions in samples
     std::array<float, wide> red{}, green{}, blue{};
     std::array<float*, wide> result{};
 };

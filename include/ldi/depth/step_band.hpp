@@ -24,9 +24,9 @@ struct step_band_options {
 
 /// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
 inline constexpr std::int32_t step_sides_radius = 4;
-/// Maximum distance from a curve of pixels that the network decides.
+/// The network decides pixels up to this distance from a curve.
 inline constexpr std::int32_t step_band_radius = 12;
-/// Maximum distance from a curve of pixels that the network reads.
+/// The network reads pixels up to this distance from a curve.
 inline constexpr std::int32_t step_region_radius = 16;
 
 /// Pixels within step_region_radius of a curve.

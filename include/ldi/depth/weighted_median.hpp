@@ -220,8 +220,8 @@ private:
 ///
 /// disparity  H x W x 1, finite
 ///
-/// A sample whose 4-neighborhood contains another surface has zero weight, as have samples outside the image. A pixel without
-/// weighted samples keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
+/// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
+/// its value if all weights are zero. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {

@@ -36,7 +36,7 @@ struct expand_options {
     /// `motion` show gaps.
     int iterations = 4096;
     /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
-    /// 1 with the default motion; noise and staircases would need six.
+    /// 1 with the default motion; without the limit, noise and staircases would need 6.
     float max_hidden = 1.25F;
     /// Whether hidden surfaces behind different curves join where they meet at similar depth. If false, they pass each other; for
     /// comparison only.

@@ -1,5 +1,5 @@
-// Measures the slopes of a photo's lines at its border, and selects the photo's pixels whose colors surfaces show past the border
-// (occlusion/past_frame.hpp).
+// Measures the slopes of a photo's lines at its border, and selects the pixels of the photo that its surfaces show again past the
+// border (occlusion/past_frame.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>

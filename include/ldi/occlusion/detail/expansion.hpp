@@ -114,8 +114,9 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free to
-        // be linked, if one exists. The new pixel inherits its origin from the neighbor whose surface may still grow farthest.
+        // As in the paper, the disparity of the new pixel is the average over its neighbors. Its neighbor on each side is the
+        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits its origin from the neighbor
+        // whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
