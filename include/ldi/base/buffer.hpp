@@ -261,7 +261,7 @@ public:
     }
 
 private:
-    // Compiler built-in: the standard library's traits instantiate several more templates for every type of value.
+    // Uses a compiler built-in, because the standard library's traits instantiate several more templates for every type of value.
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 

@@ -156,8 +156,8 @@ private:
         buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Passes values on to open pixels, which do not have their final value yet, on the same side. Proceeds breadth-first for up
-    /// to `reach` steps, so that each open pixel gets the value of the nearest pixel that is not open.
+    /// Passes values on to open pixels (those without a final value) on the same side. Proceeds breadth-first for up to `reach`
+    /// steps, so that each open pixel gets the value of the nearest pixel that is not open.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {

@@ -217,7 +217,8 @@ private:
         return best;
     }
 
-    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the disparity of the nearest front pixel along a curve. Considers only the part of the curve from which the hidden
+    // surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)

@@ -181,7 +181,7 @@ private:
 
     /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  for rows below: the new index of each column's start; empty for rows above
+    /// beside  for rows below: the new index of the pixel that each column continues; empty for rows above
     ///
     /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
     /// pixels.
