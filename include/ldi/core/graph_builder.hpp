@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Tag of functions that skip a check of what their caller guarantees.
+/// Tag for overloads that skip a check. The caller guarantees what the check would find out.
 struct unchecked_t {};
 inline constexpr unchecked_t unchecked{};
 
@@ -92,13 +92,13 @@ public:
     /// direction, too. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; then the
-    /// builder does not change. Linear time.
+    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
+    /// then remains unchanged. Linear time.
     graph build() && {
         if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
         return graph(std::move(*this));
     }
-    /// The same for callers that keep the invariants themselves. Only debug builds check, by an assertion.
+    /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
     graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
