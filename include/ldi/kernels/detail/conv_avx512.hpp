@@ -1,9 +1,9 @@
 // AVX-512 code that conv_f32 and conv_u8 share.
 //
-// A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
-// one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
-// the multiplication itself broadcasts. A tile has 24 independent sums. 4 sums (Zen 4) or 8 (Intel) would hide the latency, but
-// large tiles save loads of weights that do not fit in the first-level cache.
+// A tile consists of some pixels and one panel of outputs (detail/panel_cut.hpp); its sums stay in registers. For each input (or
+// group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
+// the panel has a single vector, the multiplication itself broadcasts. A full tile has 24 independent vectors of sums. 4 (Zen 4)
+// or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
