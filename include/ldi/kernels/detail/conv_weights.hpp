@@ -13,10 +13,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Arguments of a convolution for one panel of outputs: pixels and weights.
 template <class Value>
 struct conv_panel_input {
-    const Value* const* rows;       ///< addresses of the first pixel's pieces
-    std::size_t row_count, inputs;  ///< number of pieces per pixel, and of inputs per piece
-    std::size_t pixel_stride;       ///< distance between the pieces of adjacent pixels, in values
-    const Value* weights;           ///< of the panel
+    const Value* const* rows;  ///< addresses of the first pixel's pieces
+    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
+    std::size_t row_count, inputs, pixel_stride;
+    const Value* weights;  ///< of the panel
 };
 
 /// Destination of one panel's results, and the constants that turn sums into results.
