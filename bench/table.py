@@ -118,7 +118,8 @@ def by_instruction_set(rows, sets):
     return lines
 
 
-# Rows omitted from the page: one kernel has its own table, others are variants or take microseconds.
+# Rows omitted from the page: kernels have their own table; steps and scaling laws are left to other pages; the rest are variants
+# or take microseconds.
 LEFT_OUT = re.compile("|".join((
     "^(steps|scaling|kernels)/", "read and pack",
     "^core/(layered_view|single_layer|link_editor|graph_builder|pixel_region|for_each_run|reordered|halved|parents|pixels_below)",

@@ -1,5 +1,6 @@
 // Kernels with rows in the caches, per instruction set of this machine: layers of the shipped depth network (bytes) and of the
-// inpainting network, each named after its shape. Plain functions beside the kernels: resizing, packing, requantization.
+// inpainting network, each named after its shape. Also the plain functions of include/ldi/kernels: resizing, packing,
+// requantization.
 
 #include "bench/support/convolution_case.hpp"
 #include "bench/support/measure.hpp"

@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 points = [(int(pixels) / 1e6, float(fewest), float(peak)) for pixels, fewest, peak in
-          re.findall(r"(\d+) pixels.*?fewest ([\d.]+); peak ([\d.]+) MB", sys.stdin.read())]
+          re.findall(r"(\d+) pixels.*?minimum ([\d.]+); peak ([\d.]+) MB", sys.stdin.read())]
 pixels, milliseconds, megabytes = zip(*points)
 figure, axes = plt.subplots(figsize=(6, 3.6), dpi=90)
 axes.plot(pixels, milliseconds, "o-", label="time, ms")

@@ -1,5 +1,5 @@
-// Faults beside silhouettes of photographs without true depth: islands, colors that belong to neither surface, hard borders
-// between hidden surfaces; and the worst places, enlarged.
+// Faults beside silhouettes of photographs without true depth: islands (narrow surfaces between a nearer and a farther one),
+// colors that belong to neither surface, and hard borders between hidden surfaces. Also draws the worst places, enlarged.
 #pragma once
 
 #include "holes.hpp"
@@ -54,7 +54,7 @@ inline std::vector<ldi::view> views_beside(const ldi::photo_facts& photo) {
 
 namespace detail {
 
-/// Converts the photo's pixels to a layer, linked as by expand().
+/// Converts the photo's pixels to a layer, linked as make_photo3d() links them before expand().
 inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
     picture colors = made.photo;  // as in the 3D photo
     const ldi::graph& g = made.layers.topology();
@@ -71,8 +71,8 @@ inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
     return layer;
 }
 
-/// Counts surfaces narrower than 12 pixels of a photo of 1152 between a nearer and a farther surface, each along an eighth of
-/// the border.
+/// Counts islands: surfaces narrower than 12 pixels of a photo of 1152 that touch a nearer and a farther surface, each along at
+/// least an eighth of the border.
 inline std::size_t count_islands(const ldi::graph& g, std::span<const ldi::discontinuity_curve> curves) {
     const ldi::components found = ldi::connected_components(g);
     ldi::buffer<std::int32_t> beside_nearer(found.count(), 0), beside_farther(found.count(), 0);

@@ -109,11 +109,11 @@ void run(const arguments& a) {
 }  // namespace
 
 int main(int count, char** values) {
-    CLI::App app("Counts the holes of 3D photos from every place that the camera may reach.");
+    CLI::App app("Counts the holes of 3D photos from positions at and inside the limits of the camera's motion.");
     arguments a;
     app.add_option("photos", a.photos, "photographs; default: forty of ../shared/photos");
     app.add_option("--crops", a.crops, "folder for pictures of the largest holes, enlarged four times");
-    app.add_option("--most-crops", a.max_crops, "per photo")->capture_default_str();
+    app.add_option("--most-crops", a.max_crops, "maximum number of crops per photo")->capture_default_str();
     app.add_option("--side", a.picture_side, "long side of the pictures that are counted, in pixels")->capture_default_str();
     app.add_option("--geometry-size", a.geometry_size, "as of photo3d")->capture_default_str();
     app.add_option("--motion", a.motion, "as of photo3d")->capture_default_str();

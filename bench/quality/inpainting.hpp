@@ -46,7 +46,7 @@ struct inpainted {
 struct inpainting_result {
     std::string name;
     double inpainted_share = 0;  ///< share of the photo
-    double cut_off = 0;          ///< share of the hidden pixels from which no link leads to a known pixel
+    double cut_off = 0;          ///< share of the hidden pixels that no chain of links connects with a known pixel
     inpainted network, with_texture, diffusion, network_in_screen_space, diffusion_in_screen_space, truth;
 };
 

@@ -1,5 +1,5 @@
-// True silhouettes: the sides of pixels with a step in true depth. Computed without the library's stages, which are compared
-// with them.
+// True silhouettes: the sides of pixels with a step in true depth. They are computed without the library's stages, because the
+// results of these stages are compared with them.
 #pragma once
 
 #include "metrics.hpp"

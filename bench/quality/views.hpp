@@ -39,7 +39,8 @@ struct textured {
     }
 };
 
-/// Pixels of the other view that show the photo at any depth: the content of a frame.
+/// Marks the pixels of the other view whose rays meet the photo at every depth of its range. They form the frame, in which the
+/// views are compared.
 inline mask frame_of(const subject& s) {
     const ldi::depth_range range = s.range();
     const Eigen::Isometry3f to_photo = ldi::pose(s.other);
