@@ -92,7 +92,7 @@ def compare(program, other, name, number):
             here, there = stages_of(runs[program], clock), stages_of(runs[other], clock)
             peaks = [statistics.median(run["peak_memory_bytes"] for run in runs[which]) for which in (program, other)]
             ratios.append(sum(here.values()) / sum(there.values()))
-            stages = stages or [stage for stage in there if there[stage] >= 1]  # the other program may lack a stage
+            stages = stages or [stage for stage in there if there[stage] >= 1]  # of the other program; this one may lack some
             cells = [f"{here.get(s, 0) / there[s]:.2f}" if there.get(s, 0) >= 1 else "" for s in stages]
             rows.append([name_of(photo), *cells, f"{ratios[-1]:.3f}", f"{sum(here.values()):.0f}", f"{sum(there.values()):.0f}",
                          f"{peaks[0] / peaks[1]:.2f}"])

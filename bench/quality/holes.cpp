@@ -1,5 +1,5 @@
-// Prints the holes in 3D photos of ordinary photographs, from every position that the camera may reach. Run by
-// bench/quality/run.sh --only holes.
+// Prints the holes in 3D photos of ordinary photographs, from 104 positions at and inside the limits of the camera's motion. Run
+// by bench/quality/run.sh --only holes.
 #include "holes.hpp"
 
 #include <ldi/io/depth_map.hpp>
@@ -50,7 +50,7 @@ picture crop_of(const ldi::photo3d& made, const ldi::view& from, const hole& h) 
     return result;
 }
 
-/// Converts a photo with the depth map beside it (photo_depth.png), or with the network's depth.
+/// Converts a photo with the depth map beside it, such as NAME_depth.png, or with the network's depth.
 ldi::photo3d make(const std::filesystem::path& file, const ldi::tiefenrausch& network, const ldi::farbrausch& inpainter,
                   const ldi::photo3d_options& options, ldi::thread_pool& threads) {
     const picture photo = ldi::load_photo(file).color;

@@ -1,4 +1,4 @@
-// Holes: pixels inside the frame that no triangle covers, from any position that the camera may reach.
+// Holes: pixels inside the frame that no triangle covers, seen from positions at and inside the limits of the camera's motion.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -46,7 +46,8 @@ struct named_view {
     ldi::view from;
 };
 
-/// Resizes a view to a long side of `long_side` pixels, and widens its field of view: a viewer's window slides over the photo.
+/// Resizes a view to a long side of `long_side` pixels, and then widens its field of view by 15 %, because a viewer's window
+/// slides over the photo.
 inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     constexpr float margin = 1.15F;
     ldi::pinhole_camera& camera = from.camera;

@@ -93,7 +93,8 @@ ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
 
 /// Measures inpainting.
 ///
-/// shift  motion of the nearest surface in pixels; the canonical view is to the left by this much
+/// shift  motion of the nearest surface in pixels. The other camera, whose view is called canonical, is to the left of the
+///        photo's by this much, or to the right if `shift` is negative
 template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {

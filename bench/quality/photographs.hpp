@@ -1,4 +1,4 @@
-// Ordinary photographs without known depth: the share of hidden pixels, and a sheet for inspection.
+// Ordinary photographs without known depth: the share of hidden pixels, and a strip of pictures of each for inspection.
 #pragma once
 
 #include "estimated_views.hpp"

@@ -1,4 +1,4 @@
-// Prints the quality of 3D photos as Markdown, and a last line of main figures. Run by bench/quality/run.sh.
+// Prints the quality of 3D photos as Markdown, and a last line with the main figures. Run by bench/quality/run.sh.
 #include "depth.hpp"
 #include "estimated_views.hpp"
 #include "inpainting.hpp"
