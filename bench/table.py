@@ -4,7 +4,8 @@
     table.py RESULTS.json                    all rows, to standard output
     table.py RESULTS.json --readme FILE.md   the rows that fit a page, between the markers of FILE.md
 
-Time is the median processor time of the repetitions. The table names the machine, the revision and the date."""
+Time is the median processor time of the repetitions, except for steps/, which are timed by the clock. The table names the machine, the
+revision and the date."""
 
 import json
 import re
