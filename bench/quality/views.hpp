@@ -27,7 +27,7 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
     return options;
 }
 
-/// An inpainter with the library's texture on its result.
+/// An inpainter that adds the library's texture to the result of another one.
 template <class Inpainter>
 struct textured {
     const Inpainter& answers;
