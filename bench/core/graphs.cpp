@@ -46,7 +46,7 @@ void add_graphs() {
                 if (i % 1024 != 0) b.link(i, ldi::side::left, i - 1);
                 if (i >= 1024) b.link(i, ldi::side::up, i - 1024);
             }
-            return std::move(b).build();
+            return std::move(b).build(ldi::unchecked);
         });
     });
     add("core/validate/graph", [](benchmark::State& state) {

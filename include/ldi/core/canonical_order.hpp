@@ -81,7 +81,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
             result.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
         }
     }
-    return std::move(result).build();
+    return std::move(result).build(unchecked);
 }
 
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().

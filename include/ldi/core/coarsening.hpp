@@ -164,7 +164,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     const buffer<pixel_run> runs = runs_of(g);
     graph_builder coarse = detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build();
+    result.topology = std::move(coarse).build(unchecked);
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;

@@ -18,9 +18,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel. Up to three static functions
-/// compute the values of new pixels, coarser levels and vertices; a default replaces each function that a tag lacks. A function
-/// with one of these names and another signature does not compile.
+/// A column tag: a default constructible class that is not final, with the scalar and the number of scalars per pixel. Up to
+/// three static functions compute the values of new pixels, coarser levels and vertices; a default replaces each function that a
+/// tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -34,11 +34,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     };
 template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
+    T{};
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
     requires(T::channels > 0 && T::channels <= 65536);
 };
+
+/// Whether a column is one of `Columns`.
+template <class Column, class... Columns>
+concept one_of = (std::is_same_v<Column, Columns> || ...);
 
 /// Rules for new pixels: the value of the pixel whose surface continues, or zero.
 template <class Scalar>

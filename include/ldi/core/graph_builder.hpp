@@ -8,10 +8,22 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Tag of functions that skip a check of what their caller guarantees.
+struct unchecked_t {};
+inline constexpr unchecked_t unchecked{};
+
+namespace detail {
+[[noreturn]] inline void refuse_graph(const violation& found) {
+    raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
+          "a violation at pixel " + std::to_string(found.pixel));
+}
+}  // namespace detail
 
 /// A graph under construction. It can be read like a finished graph.
 ///
@@ -80,8 +92,14 @@ public:
     /// direction, too. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
+    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; then the
+    /// builder does not change. Linear time.
     graph build() && {
+        if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
+        return graph(std::move(*this));
+    }
+    /// The same for callers that keep the invariants themselves. Only debug builds check, by an assertion.
+    graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }
@@ -111,7 +129,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
             g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
             g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
-    return std::move(g).build();
+    return std::move(g).build(unchecked);
 }
 
 }}  // namespace ldi

@@ -83,7 +83,7 @@ class layered_image {
 public:
     /// Whether the layered image has this column.
     template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+    static constexpr bool has = one_of<Column, Columns...>;
 
     layered_image() = default;
     /// Initializes all columns to zero.
@@ -124,31 +124,31 @@ public:
     std::size_t size() const { return graph_.size(); }
 
     /// Returns K x channels scalars.
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<typename Column::scalar> column() & {
         return values<Column>();
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const& {
         return std::get<storage<Column>>(columns_).values;
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         values<Column>() = std::move(scalars);
@@ -163,7 +163,7 @@ public:
             layered_image &image, &edited;
             graph_builder links;
             ~restorer() {
-                edited.graph_ = std::move(links).build();
+                edited.graph_ = std::move(links).build(unchecked);
                 image = std::move(edited);
             }
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
@@ -194,7 +194,7 @@ public:
                 b.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
             }
         }
-        *this = with_pixels(std::move(b).build(), old_index);
+        *this = with_pixels(std::move(b).build(unchecked), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute

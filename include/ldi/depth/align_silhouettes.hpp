@@ -16,8 +16,8 @@
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/core/trace_curves.hpp>
 #include <ldi/depth/detail/straightened_curve.hpp>
-#include <ldi/depth/trace_curves.hpp>
 
 #include <algorithm>
 #include <array>

@@ -13,10 +13,10 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/columns.hpp>
+#include <ldi/core/discontinuity.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/single_layer.hpp>
-#include <ldi/depth/discontinuity.hpp>
-#include <ldi/depth/trace_curves.hpp>
+#include <ldi/core/trace_curves.hpp>
 
 #include <algorithm>
 #include <cmath>

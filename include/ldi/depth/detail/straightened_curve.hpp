@@ -5,7 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/depth/trace_curves.hpp>
+#include <ldi/core/trace_curves.hpp>
 
 #include <algorithm>
 #include <array>

@@ -87,7 +87,7 @@ public:
         }
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        const graph topology = std::move(all).build();
+        const graph topology = std::move(all).build(unchecked);
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
@@ -117,7 +117,7 @@ public:
             g.set_neighbor(to + p.count - 1, side::right, moved(from.right()[p.first + p.count - 1]));
             to += p.count;
         }
-        result.topology = std::move(g).build();
+        result.topology = std::move(g).build(unchecked);
         result.origins = std::move(origin_);
         base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/core/discontinuity.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/surface.hpp>
-#include <ldi/depth/discontinuity.hpp>
 
 #include <array>
 #include <cstddef>
