@@ -42,8 +42,8 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown, except those without a known pixel behind them that
-// could refill them: a thin rod keeps its colors.
+// Marks the pixels within `margin` steps of `edge` over links as unknown. Pixels stay known if no known pixel farther from the
+// edge could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
@@ -59,7 +59,7 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
-        if (rings.back().empty()) return;  // no known pixel lies behind
+        if (rings.back().empty()) return;  // no known pixel is farther from the edge
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)

@@ -62,7 +62,7 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: pixel of the last chart shown there
+    buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
 };
 
 /// Lifts the vertices of all charts and appends the charts to one mesh.

@@ -42,7 +42,8 @@ struct outline_step {
 };
 
 /// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part.
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part of
+/// the chart that meets there.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
@@ -58,13 +59,13 @@ struct chart_outlines {
 /// Traces the outlines of all charts.
 ///
 /// g          in canonical order (raises mismatch if not)
-/// disparity  K values
+/// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Traces the pieces one by one, each from either of its sides, and then connects them to loops.
+/// Traces the pieces one by one, and then connects them to loops. Each piece is traced once, for both of its charts.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)

@@ -53,7 +53,7 @@ struct boundary_split {
 /// including both. split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
-    /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
+    /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
@@ -79,6 +79,7 @@ public:
     }
 
 private:
+    /// The kept corners of a piece: kept_[first .. first + count).
     struct stretch {
         std::int32_t first, count;
         std::int32_t split;  ///< number of the call of split() that created the stretch

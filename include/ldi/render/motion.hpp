@@ -1,5 +1,6 @@
-// One budget for all motion of a camera away from the photo's viewpoint: sideways, forward, on a path, on a head. The budget
-// measures the hidden area that the motion uncovers; surfaces behind silhouettes extend by this amount (occlusion/expand.hpp).
+// One measure for all motion of a camera away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
+// head. It is the width of hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
+// (occlusion/expand.hpp).
 //
 // A surface at depth n hides another at depth f. Its edge appears at p in the photo, in pixels from the middle. A camera at c,
 // which has moved forward by c_forward, sees past that edge by
@@ -21,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Returns the parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n -
+/// Returns the parallax of a camera at `position` between the nearest and the farthest surface, without the factor n / (n -
 /// c_forward), as a share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
@@ -41,7 +42,7 @@ inline float motion_of(const std::array<float, 3>& position, const pinhole_camer
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// Returns the point nearest to `position`, on the line from the photo's viewpoint, that uses at most `motion`.
+/// Returns the point nearest to `position`, on the line from the photo's viewpoint to it, that uses at most `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;

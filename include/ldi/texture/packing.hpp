@@ -32,8 +32,8 @@ struct packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that is large enough. Only the
-/// free leaves are stored, from left to right, because every search of the tree ends in one of them.
+/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf (free rectangle) of the tree that is large
+/// enough. Only the free leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
@@ -62,7 +62,8 @@ private:
         std::size_t next;
     };
 
-    /// Cuts the free part of a leaf into two leaves. The larger one has the full length of the side with more free space.
+    /// Places a rectangle of this size in the top left corner of leaf `found`, and cuts the rest into two leaves. If more space
+    /// is free on the right than below, the right leaf has the full height. Otherwise, the lower leaf has the full width.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;

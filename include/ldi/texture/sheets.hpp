@@ -1,7 +1,7 @@
 // Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
-// and memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets
-// with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are
-// drawn one at a time, so that only one must be in memory.
+// and memory without a gain. Colors can be finer. draw_sheet() redraws the charts with visible pixels on separate sheets, with
+// one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are drawn
+// one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),

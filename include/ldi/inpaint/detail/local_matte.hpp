@@ -96,8 +96,8 @@ private:
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages in between may have moved a
-    /// silhouette.
+    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages that ran after the share
+    /// was determined may have moved a silhouette.
     bool has_share(const silhouette_band::place& p) const {
         const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
         return share != 0 && (share >= 128) == p.in_front;

@@ -88,8 +88,8 @@ private:
     }
 
     /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
-    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close to a silhouette as mixed pixels
-    /// are.
+    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a silhouette,
+    /// where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;

@@ -64,8 +64,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// A vertex of the outline: it arrives from `from` at `at` and leaves to `to`. The interior extends clockwise from `to` to
-    /// `from`.
+    /// One visit of the outline to a point: it runs from `from` to `at` and on to `to`. The interior extends clockwise from `to`
+    /// to `from`.
     struct visit {
         lattice_point at, from, to;
     };
@@ -120,7 +120,7 @@ private:
                     *link = entries_[*link].next;
                     continue;
                 }
-                // Two edges may share several columns; only the first one counts.
+                // Two edges may share several columns; they are compared only in the first one.
                 const bool is_first = column == column_of((std::max)(e.left, f.left));
                 if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
                 link = &entries_[*link].next;

@@ -205,7 +205,7 @@ private:
     bool is_closed_ = false;
     float min_step_ = 0;
     buffer<std::int32_t> corners_;  // corners of the piece
-    buffer<float> steps_;           // steps of its edges; 0 without another surface behind the edge
+    buffer<float> steps_;           // per edge: step in disparity to the surface behind it; 0 if hard
     buffer<vector> normals_;        // outward normals of its edges
     buffer<vector> rims_;           // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;

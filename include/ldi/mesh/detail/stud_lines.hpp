@@ -1,5 +1,5 @@
-// Positions for the vertices inside a chart: evenly spaced lines, which contain studs and single vertices, and bends of the
-// disparity along a line.
+// Positions for the vertices inside a chart. Studs (vertical polylines, mesh/studs.hpp) and single vertices lie on evenly spaced
+// lines, at the bends of the disparity along each line.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
