@@ -29,7 +29,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Finds the pixel of a chart that touches a corner of the lattice.
+/// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
 class pixel_finder {
 public:
     /// chart_of  chart_set::chart_of
@@ -181,8 +181,8 @@ visible_surfaces find_visible(const Layers& layers) {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
-///         silhouettes are soft if there is a matte column
+/// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
+///         its inverse depth. Edges along silhouettes are soft if there is a matte column
 /// facts   camera, margin, range and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -190,8 +190,8 @@ visible_surfaces find_visible(const Layers& layers) {
 /// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and the
-/// number of edges that cross one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
+/// with many edges across one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {

@@ -62,7 +62,13 @@ struct flat_mesh {
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
-/// Triangulates every chart in the plane. Arguments, errors and executor are those of build_mesh().
+/// Triangulates every chart in the plane.
+///
+/// layers  in canonical order, with finite disparities
+/// range   distances at disparity 1 and 0
+/// charts  a partition of the pixels (make_charts)
+///
+/// Raises invalid_option, and mismatch for another order of the pixels or for a chart with two pixels at one position.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});

@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Represents the other side of a silhouette or of the photo's border.
+/// Left chart of a piece along a silhouette or along the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
 /// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
@@ -51,7 +51,7 @@ struct chart_outlines {
     buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
     buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
     buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
+    /// One per pixel: bits 0 to 3 are set if its upper, right, lower, left side is a boundary of its chart.
     buffer<std::uint8_t> boundary_sides;
     buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
@@ -155,7 +155,7 @@ private:
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
-            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because steps follow the lattice
+            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because every step is horizontal or vertical
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);

@@ -20,8 +20,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. A tolerance of 0 drops only corners on straight
-    /// lines.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
     float tolerance = 1.0F;
     /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
     /// surface bends.

@@ -45,8 +45,9 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
-    /// Maximum of the sample's side in this multiplication, in pixels, from 1 to 16. Larger samples count as this size, because
-    /// they are too coarse to locate silhouettes. With 1, lengths and sizes are not multiplied.
+    /// Maximum side of a depth sample, in pixels from 1 to 16, by which lengths in `alignment`, `components` and `curves` are
+    /// multiplied. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1, nothing is
+    /// multiplied.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;

@@ -29,8 +29,8 @@ enum class camera_path : std::uint8_t {
 /// The defaults were chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes
 /// visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as a motion of expand_options::motion
-    /// uncovers them.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend only as far as expand_options::motion uncovers
+    /// them, so a larger motion shows gaps.
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = window_disparity;

@@ -2,8 +2,8 @@
 // head. It is the width of hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
 // (occlusion/expand.hpp).
 //
-// A surface at depth n hides another at depth f. Its edge appears at p in the photo, in pixels from the middle. A camera at c,
-// which has moved forward by c_forward, sees past that edge by
+// A surface at depth n hides another at depth f. The edge of the front surface appears at p in the photo, in pixels from the
+// middle. A camera at c, which has moved forward by c_forward, sees past that edge by
 //
 //     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|  pixels of the surface at f.
 //
@@ -47,7 +47,8 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
     if (!(motion > 0)) return {0, 0, 0};
-    // maximum share of the distance to the nearest surface; in a flat photo, motion alone would not limit the camera
+    // Maximum motion forward, as a share of the distance to the nearest surface. In a flat photo, `motion` alone would not limit
+    // the camera.
     constexpr float closest = 0.99F;
     const float forward = (std::max)(-position[2], 0.0F);
     if (forward > closest * range.z_near) {

@@ -71,7 +71,8 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf in the strip from which the rectangle was cut comes first in the tree.
+        // The leaf without the full height or width comes first in the tree. add() inserts it last, because it inserts before the
+        // others.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }

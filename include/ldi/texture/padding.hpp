@@ -109,7 +109,7 @@ private:
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
         for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
-            constexpr std::ptrdiff_t block = 32;  // tests blocks of texels, because nearly none of them lies at the border
+            constexpr std::ptrdiff_t block = 32;  // texels tested together; few blocks have a texel at the border
             for (std::ptrdiff_t i = 0; i < count; i += block) {
                 const std::ptrdiff_t end = (std::min)(i + block, count);
                 int found = 0;

@@ -123,7 +123,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
 /// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  as for lay_out_sheets()
+/// charts, atlas  those given to lay_out_sheets()
 /// worked_on      the photo from which the layered image was made, at the layered image's size
 /// photo          the same photo, at the size given to lay_out_sheets()
 ///

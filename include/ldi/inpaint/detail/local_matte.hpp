@@ -1,8 +1,8 @@
-// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
-// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
-// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
-// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
-// to its own estimate.
+// Estimates the nearer surface's share in the colors beside a silhouette from these colors, unless the share is known. Each pixel
+// searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
+// (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
+// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a
+// pixel is pulled to its own estimate.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -57,7 +57,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 }
 
 /// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
-/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
+/// distinguishable, confidence is 0. alpha is then the known share, or else 1 in front and 0 behind.
 class local_matte {
 public:
     /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty

@@ -13,10 +13,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Compares outline edges of a polygon whose bounding boxes meet. Keep an object to reuse its memory.
 class crossing_finder {
 public:
-    /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
-    /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
-    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Two edges may coincide
-    /// in opposite directions, as along a slit. May report a fault more than once.
+    /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
+    /// of both. overlap(v, w): v and w lie at one point, and the interiors at both vertices overlap. spike(v): the outline
+    /// doubles back at v, or has an edge of length 0 there. Two edges may coincide in opposite directions, as along a slit. May
+    /// report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
