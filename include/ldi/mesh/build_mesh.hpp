@@ -32,7 +32,7 @@ namespace detail {
 /// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
 class pixel_finder {
 public:
-    /// chart_of  chart_set::chart_of
+    /// chart_of  chart of each pixel (chart_set::chart_of)
     pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
         : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 

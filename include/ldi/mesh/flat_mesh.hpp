@@ -46,7 +46,7 @@ struct mesh_options {
 
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;  ///< outline vertices, which come first: indices of corners in chart_outlines, loop by loop
+    buffer<std::int32_t> outline;        ///< outline vertices, loop by loop: indices in chart_outlines::corners
     std::int32_t first_stud_vertex = 0;  ///< first of the stud vertices: index into stud_set::vertices
     std::int32_t stud_vertex_count = 0;
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen

@@ -59,6 +59,7 @@ struct stud_set {
 /// Places the studs of all charts. Raises invalid_option.
 ///
 /// layers    in canonical order
+/// range     distances at disparity 1 and 0
 /// charts    a partition of the pixels (make_charts)
 /// outlines  outlines of these charts (trace_outlines)
 template <has_columns<disparity_column> Layers>

@@ -71,7 +71,7 @@ public:
 private:
     struct border_texel {
         std::ptrdiff_t texel;
-        std::int32_t pixel;  // pixel whose surface it shows; no_pixel beyond the surface's end
+        std::int32_t pixel;  // pixel that the texel shows; no_pixel beyond the surface's end
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {

@@ -52,7 +52,7 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both axes
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
-    // Edges of a chart inside a texel are rounded outward, which may add a texel on each side.
+    // Chart edges that lie inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "max_chart_side",

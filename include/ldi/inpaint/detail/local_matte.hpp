@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct mixture {
     float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate in the diffusion; each neighbor has weight 1
 };
 
 /// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
@@ -89,8 +89,8 @@ public:
     }
 
 private:
-    /// A pixel uses the samples at its nearest silhouette side, and at the nearest sides of pixels this far away along rows and
-    /// columns.
+    /// A pixel uses the samples at its nearest silhouette side. It also uses those at the nearest sides of the four pixels at
+    /// this distance, in pixels, along its row and column.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 

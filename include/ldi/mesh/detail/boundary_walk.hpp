@@ -142,8 +142,9 @@ public:
         return e;
     }
 
-    /// Visits the pixels that links connect around the lattice point of `c`, even across charts: these pixels share one corner.
-    /// The order does not depend on `c`. Returns the first pixel's corner, which identifies the shared corner.
+    /// Visits all pixels that share the corner `c`: those that links connect around its lattice point, even across charts. The
+    /// order is the same whichever of these pixels `c` names. Returns the first pixel's corner, which identifies the shared
+    /// corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;

@@ -10,7 +10,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Compares outline edges of a polygon whose bounding boxes meet. Keep an object to reuse its memory.
+/// Finds crossings between the outline edges of a polygon. Compares only edges whose bounding boxes meet. Keep an object to reuse
+/// its memory.
 class crossing_finder {
 public:
     /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
