@@ -214,6 +214,7 @@ inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const
     references("unused_bytes_of_reference", {{"dimg", 1, {2}, back_reference}});
     references("reference_uuid", {{"dimg", 1, {2}}, {"uuid", 0, numbers}});
     files.emplace_back("extent_index", item_file({{{1, coded.type, {{0, n}}}}, properties, {{1, {1, 2}}}, {}, 4}, coded.data));
+    files.emplace_back("no_data", item_file({{{1, coded.type, {{0, 0}}}}, properties, {{1, {1, 2}}}}, {}));
     const byte_string alpha = auxiliary_box("urn:mpeg:hevc:2015:auxid:1");
     files.emplace_back("alpha_cycle", item_file({{{1, coded.type, {{0, n}}}, {2, coded.type, {{0, n}}}},
                                                  {coded.configuration, size_box(64, 64), alpha},

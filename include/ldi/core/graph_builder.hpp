@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Tag of functions that skip a check of what their caller guarantees.
+/// Tag for overloads that skip a check. The caller guarantees what the check would find out.
 struct unchecked_t {};
 inline constexpr unchecked_t unchecked{};
 
@@ -85,20 +85,20 @@ public:
         there = no_pixel;
     }
 
-    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, which could change the graph
-    /// after build().
+    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, because the caller could
+    /// change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
     /// direction, too. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; then the
-    /// builder does not change. Linear time.
+    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
+    /// then remains unchanged. Linear time.
     graph build() && {
         if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
         return graph(std::move(*this));
     }
-    /// The same for callers that keep the invariants themselves. Only debug builds check, by an assertion.
+    /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
     graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));

@@ -92,7 +92,7 @@ public:
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Moves the graph and the common columns from another layered image. Columns that it lacks become zero.
+    /// Moves the graph and the common columns from another layered image. Columns that the other image lacks become zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
         const auto make = [&]<class Column>(const Column&) {
@@ -171,14 +171,14 @@ public:
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. If it does, or if memory
-    /// runs out, nothing changes.
+    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
+    /// memory runs out, the image is unchanged.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K, one per pixel; raises mismatch for another number
+    /// kept  K values, one per pixel; raises mismatch for another number
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));

@@ -41,7 +41,8 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
-    /// Accepts an image, a layer or the caller's own type with these functions if it is not a temporary, or any other view.
+    /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
+    /// column(), unless it is a temporary.
     template <has_columns<Columns...> Layers>
     requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
              (std::is_lvalue_reference_v<Layers> || detail::is_layered_view<std::remove_const_t<Layers>>))

@@ -77,7 +77,7 @@ public:
     /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // normals stay with their pixels up to the mesh
     template <payload_column Column>
     requires(!has<Column>) single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
         if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());

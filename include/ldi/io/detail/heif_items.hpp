@@ -136,6 +136,7 @@ private:
     }
 
     void read_coded(const heif_item& item, cost& c) const {
+        if (contiguous(item).empty()) broken("a picture without data");  // libheif's AV1 decoder would leak memory
         coded_size size;
         for (const std::size_t index : item.properties) {
             const heif_property& p = boxes_.properties[index];
