@@ -96,8 +96,8 @@ private:
 namespace detail {
 
 /// Marks the points of a polyline that Douglas-Peucker keeps, including both ends. The error of a corner is the larger of two
-/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. A segment
-/// without errors above 1 that shifts the texture too far is split in the middle.
+/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. If no error
+/// exceeds 1 but the segment shifts the texture too far, the segment is split in the middle.
 inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
