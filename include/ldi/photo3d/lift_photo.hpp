@@ -53,7 +53,7 @@ struct lifted_photo {
     /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
-    std::size_t dropped_sides = 0;  ///< as for find_discontinuity_curves()
+    std::size_t dropped_sides = 0;  ///< pixel sides in dropped silhouettes; see find_discontinuity_curves()
     photo_facts facts;
     buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
@@ -98,8 +98,8 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises the same errors for options as clean_depth(), and mismatch if an image of
-/// `own` has no pixel or the wrong number of channels.
+/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. Raises the same errors for options as
+/// clean_depth(), and mismatch if an image of `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
