@@ -39,7 +39,7 @@ TEST_CASE("every pixel of a grid is linked to its four neighbors in the image") 
     }
 }
 
-// Code that used to compile and break invariants.
+// Changes that would break invariants, and therefore must not compile.
 template <class T>
 concept can_add_pixels = requires(T& g) {
     g.add_pixel(0, 0);

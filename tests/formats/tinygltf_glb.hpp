@@ -26,7 +26,7 @@ public:
 
     /// Appends a part, little-endian as glTF requires, and returns its view.
     ///
-    /// target  glTF's number, 0 for none
+    /// target  glTF's number for vertex attributes or indices; 0 for other data
     template <class Scalar>
     int add_view(std::span<const Scalar> values, int target) {
         std::vector<unsigned char>& data = model.buffers.front().data;

@@ -68,7 +68,7 @@ struct file_items {
     std::vector<reference> references = {};
 };
 
-/// The primary item of the file is 1.
+/// Builds a file whose primary item has number 1.
 inline byte_string item_file(const file_items& of, const byte_string& data) {
     const auto number = [](std::size_t value, int size) { return big_endian(static_cast<std::uint32_t>(value), size); };
     const auto meta = [&](std::size_t base) {

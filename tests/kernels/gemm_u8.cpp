@@ -59,7 +59,7 @@ product any_product(ldi::testing::random_bytes& random, std::size_t segments, st
     return made;
 }
 
-/// Weights for which the requested set is exact.
+/// The set for which weights are packed if `set` is requested: its fallback if there are too few outputs for its lanes.
 ldi::isa expected_target(const product& p, ldi::isa set) {
     const bool fills_lanes = p.outputs >= ldi::find_kernel(ldi::gemm_u8_kernels, set).min_outputs;
     return fills_lanes ? set : ldi::find_instruction_set(set).otherwise;
@@ -149,7 +149,8 @@ TEST_CASE("gemm_u8 rounds correctly on both sides of every requantization thresh
         sums.erase(sums.begin(), sums.begin() + 2);
         ldi::buffer<std::uint8_t> expected;
         for (std::int32_t sum : sums) expected.push_back(ldi::requantize(sum, r));
-        const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);  // only the bias remains
+        // All weights equal their zero point, so that only the bias remains.
+        const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);
         const std::uint8_t* const start = input.data();
         for (ldi::isa set : ldi::testing::available_isas()) {
             ldi::buffer<std::uint8_t> found(sums.size());

@@ -156,7 +156,7 @@ TEST_CASE("the triangles of a soft-edge strip face the camera and are ordered fr
             CHECK(nearest < before * 1.3);  // an edge has two ends
             before = std::min(before, nearest);
         }
-        CHECK(20 * turned <= strip.triangles.size() / 3);  // at sharp inner corners
+        CHECK(20 * turned <= strip.triangles.size() / 3);  // only at sharp inner corners
     }
 }
 

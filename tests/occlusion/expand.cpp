@@ -36,7 +36,7 @@ ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column
     curve_options.min_length = min_length, curve_options.max_density = 2.0F;
     const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     ldi::expand_options options;
-    options.motion = 1.0F;  // so that iterations decide
+    options.motion = 1.0F;  // so large that the number of iterations limits the growth
     options.iterations = iterations;
     options.max_hidden = 100.0F;
     return ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
@@ -221,7 +221,7 @@ TEST_CASE("the growth at a curve's side depends on the disparities within eight 
     int hidden = 0;
     for (std::int32_t i = 0; i < layers.topology().count(); ++i)
         hidden += layers.topology().y()[i] == 20 && layers.column<ldi::known_column>()[i] == 0 ? 1 : 0;
-    CHECK(hidden >= 14);  // 12 if each row went by its own step
+    CHECK(hidden >= 14);  // it would be 12 if each row grew by its own step alone
     CHECK(hidden <= 16);
 }
 
@@ -398,8 +398,8 @@ TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any
     }
 }
 
-TEST_CASE("a surface that grows farther from elsewhere along a curve stops at the line at the curve's end, too") {
-    // The surface grows by 16 pixels near the end, and by 40 from `distance` pixels on.
+TEST_CASE("a surface also stops at the line at a curve's end if it grows farther elsewhere along the curve") {
+    // The surface grows by 16 pixels near the curve's end, and by 40 at distances above `distance` from it.
     for (const float distance : {0.0F, 8.0F, 16.0F, 24.0F, 32.0F, 40.0F}) {
         const auto past = grown_past_line(
             [&](std::size_t y) { return std::clamp(0.3F + 0.045F * (60.0F - distance - static_cast<float>(y)), 0.3F, 0.7F); },
@@ -409,7 +409,8 @@ TEST_CASE("a surface that grows farther from elsewhere along a curve stops at th
     }
 }
 
-TEST_CASE("the line at a curve's end starts before the end: it stops a surface beside it by up to two pixels, but not by four") {
+TEST_CASE(
+    "the line at a curve's end stops a surface that starts up to two pixels beside the end, but not one four pixels beside it") {
     for (const auto& [beside, is_stopped] : {std::pair<std::size_t, bool>{0, true}, {1, true}, {2, true}, {4, false}}) {
         const auto past =
             grown_past_line([](std::size_t) { return 0.7F; },
@@ -448,7 +449,7 @@ TEST_CASE("expand() can be canceled and refuses options and disparities outside 
     }
 }
 
-TEST_CASE("growth ends at the maximum number of hidden pixels, and the result's motion says how far it got") {
+TEST_CASE("growth ends at the maximum number of hidden pixels, and the result states the motion that they support") {
     ldi::image<float> map(120, 160, 1, 0.1F);
     for (std::size_t y = 0; y < 120; ++y)
         for (std::size_t x = 0; x < 160; ++x) map(y, x, 0) = 0.1F + 0.1F * static_cast<float>(x / 20);  // a staircase

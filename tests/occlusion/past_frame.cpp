@@ -150,7 +150,7 @@ TEST_CASE("pixels past the frame have colors of their own surface") {
 
 TEST_CASE(
     "lines that leave the photo continue straight past the frame, but mirrored if they are faint, because they may be noise") {
-    // Mean error beside the middle of the left side, relative to the contrast; near corners, another side's lines count.
+    // Mean error beside the middle of the left side, relative to the contrast. Near corners, lines of another side appear, too.
     const auto error_past_frame = [](float slope, float contrast) {
         photo_facts facts;
         photo_layers layers = stripes(160, slope, contrast, facts);

@@ -1,4 +1,4 @@
-// The measures of what is wrong beside silhouettes, on scenes so simple that the right figures are known.
+// Tests the measures of faults beside silhouettes, on scenes so simple that the right figures are known.
 #include <bench/quality/beside_silhouettes.hpp>
 
 #include "tests/support/lifted_scene.hpp"
@@ -11,7 +11,8 @@
 
 namespace {
 
-/// A wall at 0.1 on the right of a front at 0.9, and a strip of that width between or, with `on_wall`, inside the wall.
+/// Counts the islands of a scene: a front at 0.9 on the left, a wall at 0.1 on the right, and a strip of disparity `strip`
+/// between them or, with `on_wall`, inside the wall.
 std::size_t islands_of(std::size_t width, float strip, bool on_wall) {
     ldi::image<float> map(240, 1152);
     const std::size_t first = on_wall ? 700 : 400;

@@ -1,4 +1,5 @@
-// LPIPS in bench/quality: the results of ../shared/lpips/lpips.py with the real weights, and properties for any weights.
+// Tests LPIPS of bench/quality: it equals ../shared/lpips/lpips.py with the real weights, and has its properties with any
+// weights.
 #include <bench/quality/lpips.hpp>
 
 #include <catch2/catch.hpp>

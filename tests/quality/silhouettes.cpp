@@ -1,4 +1,4 @@
-// The measures of silhouettes in bench/quality, on scenes so simple that the right figures are known.
+// Tests the measures of silhouettes in bench/quality on scenes so simple that the right figures are known.
 #include <bench/quality/degraded_depth.hpp>
 #include <bench/quality/halo.hpp>
 #include <bench/quality/silhouettes.hpp>

@@ -124,8 +124,8 @@ TEST_CASE("a near strip stays in front of the plane behind it, and the two are n
         for (const std::int32_t x : {15, 20})
             layers.edit_links([&](link_editor& links) { links.unlink(y * 40 + x, side::left); });
     const view v = own_view(layers.topology());
-    // The near strip moves 10 to the right, the far plane 2: the strip leaves [15, 20) for [25, 30), and uncovers [17, 22) of
-    // the plane.
+    // The near strip moves 10 to the right, the far plane 2: the strip moves from columns [15, 20) to [25, 30), and
+    // uncovers columns [17, 22) of the plane.
     const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 1, 10)).layers;
     const graph& g = peeled.topology();
     std::size_t near_pixels = 0;
@@ -143,7 +143,7 @@ TEST_CASE("a near strip stays in front of the plane behind it, and the two are n
 }
 
 TEST_CASE("a slope that folds back is linked only on either side of the fold, and disappears if back faces are excluded") {
-    // Steep enough that its far end overtakes its near end: drawn mirrored, behind nothing.
+    // The slope is so steep that, from the side, its ends change places: the view shows its back, and nothing is in front of it.
     photo_layers layers = testing::lifted_layers(image<float>(6, 40, 1, 0.0F));
     for (std::size_t i = 0; i < layers.size(); ++i)
         layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology().x()[i] - 10) * 0.1F, 0.0F, 1.0F);
