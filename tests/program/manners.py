@@ -92,7 +92,7 @@ def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how
     result = folder.run(*arguments, quiet=quiet, **how)
     said = result.stderr.decode(errors="replace")
     check(f"{name}: exit code {result.returncode}", result.returncode == code, said)
-    check(f"{name}: the message contains {list(words)}", all(word in said for word in words), said)
+    check(f"{name}: the message has the expected words", all(word in said for word in words), said)
     if made is None:
         check(f"{name}: nothing is changed", folder.state() == before)
     else:
