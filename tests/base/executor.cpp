@@ -171,7 +171,7 @@ TEST_CASE("an exception reaches the caller after all calls have ended, and the p
 }
 
 TEST_CASE("an exception never passes through the caller's executor") {
-    callers_executor own{3};  // its threads would terminate the program
+    callers_executor own{3};  // an exception that left one of its threads would terminate the program
     const auto body = [](std::size_t first, std::size_t last) {
         if (first <= 500 && 500 < last) throw std::runtime_error("piece of 500");
     };

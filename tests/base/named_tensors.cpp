@@ -6,7 +6,7 @@
 
 using namespace ldi;
 
-TEST_CASE("a shape reads as its lengths, and an empty shape as a single value") {
+TEST_CASE("shape_text() lists the lengths of a shape, and calls an empty shape a single value") {
     CHECK(shape_text(buffer<std::size_t>{}) == "a single value");
     CHECK(shape_text(buffer<std::size_t>{7}) == "7");
     CHECK(shape_text(buffer<std::size_t>{20, 4, 0, 7}) == "20 x 4 x 0 x 7");

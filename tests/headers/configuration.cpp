@@ -1,7 +1,7 @@
 // One of the translation units that configurations.py compiles into one program with different flags.
 #include <ldi/fwd.hpp>
 
-struct holder {  // the purpose of forward declarations
+struct holder {  // uses types that are only declared by fwd.hpp
     const ldi::graph* topology;
     const ldi::error_details* details;
 };

@@ -141,7 +141,7 @@ inline coded_picture coded_picture_of(const byte_string& file) {
     return result;
 }
 
-/// Pictures that contain themselves, or so many or such large pictures that they cannot be decoded; each with a name.
+/// Returns HEIC files, each with a name: their pictures contain themselves, or too many or too large pictures to be decoded.
 inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const coded_picture& coded) {
     const std::size_t n = coded.data.size();
     const std::vector<byte_string> properties = {coded.configuration, size_box(64, 64)};

@@ -1,4 +1,4 @@
-// kernels/conv_f32.hpp and kernels/conv_u8.hpp
+// Tests kernels/conv_f32.hpp and kernels/conv_u8.hpp.
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 

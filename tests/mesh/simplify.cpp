@@ -17,7 +17,7 @@ ldi::simplify_options options_with(float tolerance, float disparity_tolerance) {
     return options;
 }
 
-// All corners of a piece, in order.
+// All corners of a piece of boundary, in order.
 ldi::buffer<std::int32_t> all_corners(const ldi::boundary_piece& p) {
     ldi::buffer<std::int32_t> ids{p.start};
     for (std::int32_t i = 0; i < p.inner_count; ++i) ids.push_back(p.first_inner + i);

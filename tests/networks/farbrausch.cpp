@@ -40,7 +40,7 @@ buffer<float> hashed(std::uint64_t tensor_index, std::size_t count, double sprea
     return values;
 }
 
-/// visit(name, level, stride, kernel size, inputs, outputs)
+/// Calls visit(name, level, stride, kernel size, inputs, outputs) for every layer.
 template <class Visit>
 void for_each_layer(const inpainting_architecture& a, Visit&& visit) {
     const std::size_t depth = a.channels.size();
@@ -336,7 +336,7 @@ TEST_CASE("values of masked colors have no effect, and a surface whose pixels ar
     CHECK(std::all_of(nothing.begin(), nothing.end(), [](float v) { return v == 0.0F; }));
 }
 
-TEST_CASE("a network built from the public operators gives the same colors") {
+TEST_CASE("a network built from the public operators gives the same colors as farbrausch") {
     const named_tensors weights = hashed_weights(small);
     const std::size_t depth = small.channels.size();
     const auto layer = [&](const std::string& name, std::int32_t kernel_size, activation after) {

@@ -103,7 +103,7 @@ TEST_CASE("the published output is the same on every instruction set and with an
         INFO(to_string(set));
         const std::optional<ldi::tiefenrausch> network = load(set);
         for (std::size_t count : {1U, 2U, 5U}) {
-            if (set == ldi::isa::scalar && count != 2) continue;  // this needs seconds
+            if (set == ldi::isa::scalar && count != 2) continue;  // scalar code needs seconds per run
             ldi::thread_pool threads(count);
             CHECK(differences(network->levels(rgb, threads), expected) == 0);
         }

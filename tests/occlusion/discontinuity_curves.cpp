@@ -16,7 +16,7 @@ namespace {
 ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t min_length = 1) {
     ldi::curve_options options;
     options.min_length = min_length;
-    options.max_density = 2.0F;  // all sides
+    options.max_density = 2.0F;  // keeps all sides
     return ldi::find_discontinuity_curves(layers, {}, options);
 }
 

@@ -37,7 +37,7 @@ struct cost {
     double pixels = 0, hidden = 0, charts = 0, sides = 0, dropped_sides = 0, motion = 0;
 
     double hidden_per_pixel() const { return hidden / pixels; }
-    /// Per pixel of the layers.
+    /// Allocated bytes per pixel of the layers.
     double allocated_per_pixel() const {
         double sum = 0;
         for (const auto& stage : stages) sum += static_cast<double>(stage.allocated);

@@ -30,8 +30,8 @@ ldi::image<float> two_sides(std::size_t height, std::size_t width, int edge) {
     return filled(height, width, [edge](int x, int) { return x < edge ? 0.2F : 0.8F; });
 }
 
-/// The weighted median by its definition, with tau = 0.05; infinity if the decision is too close for a Gaussian with an error of
-/// 0.0003.
+/// The weighted median by its definition, with tau = 0.05; infinity if the best two samples are too close for a Gaussian
+/// with an error of 0.0003 to decide.
 float median_by_definition(const ldi::image<float>& map, int x, int y, double sigma) {
     const int width = static_cast<int>(map.width()), height = static_cast<int>(map.height());
     const auto at = [&](int u, int v) {

@@ -267,7 +267,7 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
     };
     CHECK(code_of([&] { lay_out(1000, 4, 1); }) == error_code::invalid_option);
     CHECK(code_of([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
-    CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the atlas has less
+    CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the padding of the atlas is less
     CHECK(code_of([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
     CHECK(code_of([&] { max_chart_side(200); }) == error_code::too_large);
     CHECK(max_chart_side(1.0) > 4000);
