@@ -47,7 +47,7 @@ inline byte_string overlay_data(std::uint32_t width, std::uint32_t height) {
     byte_string data(10);
     data[1] = std::byte{1};
     append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
-    data.resize(data.size() + 8);  // offset of one picture
+    data.resize(data.size() + 8);  // 8 bytes for the offset of the one overlaid picture
     return data;
 }
 

@@ -110,7 +110,7 @@ inline void require_triangulation(const ldi::polygon& p, const ldi::triangulatio
     for (std::size_t v = 0; v < p.points.size(); ++v) {
         if (p.next[v] < 0) continue;
         const std::uint32_t a = static_cast<std::uint32_t>(v), b = static_cast<std::uint32_t>(p.next[v]);
-        // The chart lies to the right of its outline, which is to the left of the reversed edge, as for triangles.
+        // The chart lies right of its outline, and triangles lie left of their edges: they contain the reversed edges.
         REQUIRE(edges.count({b, a}) == 1);
         if (a >= static_cast<std::uint32_t>(p.outline_count)) REQUIRE(edges.count({a, b}) == 1);
     }

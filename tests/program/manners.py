@@ -110,7 +110,7 @@ def first_words():
         plain = text.replace("\\-", "-").replace(" -l ", " --")
         missing = {name for name in options - {"--generate"} if name not in plain}
         check(f"{kind} names every option: missing {missing}", not missing and len(options) > 20 and all(line in text for line in lines))
-        check(f"{kind} names nothing of the machine that built it", SOURCE not in text and "/build/" not in text)
+        check(f"{kind} contains no path of the machine that built it", SOURCE not in text and "/build/" not in text)
         if kind != "man" and shutil.which(kind):
             check(f"{kind} reads its completions", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
 
@@ -379,7 +379,7 @@ def many_at_once():
         check("eight at once: page and GLB are from the same run", base64.b64encode(f.read("a.glb")) in f.read("a.html"))
     with folder_of_files() as f:
         ignoring = subprocess.run(["sh", "-c", 'trap "" TERM; "$@" & sleep 0.03; kill -TERM $!; wait $!', "sh", *f.command("me.png", "-o", "a.glb")], cwd=f.path, capture_output=True)
-        check(f"a signal that is ignored from the start: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])
+        check(f"a signal that is ignored when the program starts stays ignored: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])
 
 
 for part in (first_words, names, start_script, key_frames, outputs_that_are_inputs, what_is_kept, kills, kill_with_video, many_at_once):
