@@ -121,7 +121,8 @@ void report_rate(benchmark::State& state, const work& done) {
 
 int main(int count, char** arguments) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes. The system's cost of new pages is not part of them.
+    // Keeps freed memory in the process. Stages free and allocate the same tens of megabytes; times do not include what the
+    // system needs to provide new pages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

@@ -50,6 +50,10 @@ static_assert(!payload_column<column_of<const float, 1>> && !payload_column<colu
 static_assert(!payload_column<column_of<std::unique_ptr<int>, 1>>, "grow() copies values");
 struct final_column final : column_of<float, 1> {};
 static_assert(!payload_column<final_column>, "its rules could not be checked");
+struct not_constructible_column : column_of<float, 1> {
+    not_constructible_column() = delete;
+};
+static_assert(!payload_column<not_constructible_column>, "layered images construct tags");
 static_assert(!payload_column<const disparity_column> && !payload_column<volatile disparity_column>,
               "two columns would have one name");
 
@@ -191,6 +195,34 @@ static_assert(!std::is_constructible_v<array_view<float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<const float>, const buffer<float>>);
 static_assert(std::is_convertible_v<buffer<float>&, array_view<float>>);
 static_assert(std::is_convertible_v<const buffer<float>&, array_view<const float>>);
+
+// A type of the caller's with the functions of a layered image.
+struct layers_of_the_caller {
+    template <class Column>
+    static constexpr bool has = std::is_same_v<Column, disparity_column>;
+    graph own_topology;
+    buffer<float> disparity;
+    const graph& topology() const { return own_topology; }
+    template <class Column>
+    array_view<const float> column() const {
+        return disparity;
+    }
+};
+static_assert(std::is_constructible_v<layered_view<disparity_column>, const layers_of_the_caller&>);
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, layers_of_the_caller>, "the view would dangle");
+static_assert(std::is_constructible_v<layered_view<disparity_column>, layered_view<color_column, disparity_column>>);
+
+// A column that the layers lack is no column of theirs; asking for it does not compile, and a concept can find out.
+template <class L, class Column>
+concept offers_column = requires(L& l) {
+    l.template column<Column>();
+}
+|| requires(L& l) { l.template at<Column>(0); }
+|| requires(L& l) { l.template set_column<Column>(buffer<typename Column::scalar>()); };
+static_assert(offers_column<photo_layers, color_column> && !offers_column<photo_layers, normal_column>);
+static_assert(offers_column<photo_layer, color_column> && !offers_column<photo_layer, normal_column>);
+static_assert(offers_column<layered_view<color_column>, color_column> &&
+              !offers_column<layered_view<color_column>, normal_column>);
 
 enum class material : std::uint8_t { wood, stone };
 static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);

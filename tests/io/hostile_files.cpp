@@ -143,7 +143,7 @@ TEST_CASE("recursive, deeply nested and oversized HEIC items are refused without
             REQUIRE(bytes);  // not ended by a signal
             CHECK(*bytes < 20 * megabyte);
             const std::optional<error_code> code = raised(decode);
-            CHECK((code == error_code::invalid_data || code == error_code::too_large));
+            CHECK((code == error_code::invalid_data || code == error_code::too_large || code == error_code::unsupported));
             CHECK(raised([&file = file] { estimate_photo_with_depth(file); }) == code);
         }
     }

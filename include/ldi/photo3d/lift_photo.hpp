@@ -19,10 +19,12 @@
 #include <ldi/photo3d/clean_depth.hpp>
 #include <ldi/photo3d/options.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -37,7 +39,12 @@ struct photo_columns {
     /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
-    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
+    /// Accepts views, and images that are not temporaries.
+    template <class... Images>
+    requires(sizeof...(Images) == sizeof...(Own) &&
+             (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
+             (!std::is_same_v<Images, image<typename Own::scalar>> && ...)) photo_columns(Images&&... own)
+        : images(std::forward<Images>(own)...) {}
 };
 
 /// The layer of a photo, and its silhouettes.
