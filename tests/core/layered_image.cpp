@@ -196,7 +196,7 @@ static_assert(!std::is_constructible_v<array_view<const float>, const buffer<flo
 static_assert(std::is_convertible_v<buffer<float>&, array_view<float>>);
 static_assert(std::is_convertible_v<const buffer<float>&, array_view<const float>>);
 
-// A type of the caller's with the functions of a layered image.
+// A caller's type with the functions of a layered image.
 struct layers_of_the_caller {
     template <class Column>
     static constexpr bool has = std::is_same_v<Column, disparity_column>;
@@ -212,7 +212,7 @@ static_assert(std::is_constructible_v<layered_view<disparity_column>, const laye
 static_assert(!std::is_constructible_v<layered_view<disparity_column>, layers_of_the_caller>, "the view would dangle");
 static_assert(std::is_constructible_v<layered_view<disparity_column>, layered_view<color_column, disparity_column>>);
 
-// A column that the layers lack is no column of theirs; asking for it does not compile, and a concept can find out.
+// Access to a column that the layers do not have must not compile, and a concept must be able to detect this.
 template <class L, class Column>
 concept offers_column = requires(L& l) {
     l.template column<Column>();
