@@ -39,7 +39,7 @@ TEST_CASE("every pixel of a grid is linked to its four neighbors in the image") 
     }
 }
 
-// Code that used to compile and break invariants.
+// Changes that would break invariants, and therefore must not compile.
 template <class T>
 concept can_add_pixels = requires(T& g) {
     g.add_pixel(0, 0);
@@ -117,7 +117,7 @@ TEST_CASE("unlink() removes a link in both directions, and link() restores it") 
     }
 }
 
-TEST_CASE("build() refuses a graph with a wrong link or position, in release builds, too, and the builder does not change") {
+TEST_CASE("build() refuses a graph with a wrong link or position, also in release builds, and leaves the builder unchanged") {
     std::mt19937 random(3);
     std::int32_t refused = 0;
     for (int repeat = 0; repeat < 500; ++repeat) {

@@ -47,7 +47,7 @@ inline byte_string overlay_data(std::uint32_t width, std::uint32_t height) {
     byte_string data(10);
     data[1] = std::byte{1};
     append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
-    data.resize(data.size() + 8);  // offset of one picture
+    data.resize(data.size() + 8);  // 8 bytes for the offset of the one overlaid picture
     return data;
 }
 
@@ -70,7 +70,7 @@ struct file_items {
     std::size_t index_size = 0;  ///< bytes of an extent's index in 'iloc'
 };
 
-/// The primary item of the file is 1.
+/// Builds a file whose primary item has number 1.
 inline byte_string item_file(const file_items& of, const byte_string& data) {
     const auto number = [](std::size_t value, int size) { return big_endian(static_cast<std::uint32_t>(value), size); };
     const auto meta = [&](std::size_t base) {
@@ -146,7 +146,7 @@ inline coded_picture coded_picture_of(const byte_string& file) {
     return result;
 }
 
-/// Pictures that contain themselves, or so many or such large pictures that they cannot be decoded; each with a name.
+/// Returns HEIC files, each with a name: their pictures contain themselves, or too many or too large pictures to be decoded.
 inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const coded_picture& coded) {
     const std::size_t n = coded.data.size();
     const std::vector<byte_string> properties = {coded.configuration, size_box(64, 64)};
