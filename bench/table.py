@@ -80,8 +80,10 @@ def allocations_text(row):
 
 def heading(context, rows):
     peaks = [f"{name[5:]}: {float(value):.0f}" for name, value in context.items() if name.startswith("peak ")]
-    return (f"{processor()}, revision {context.get('revision', 'unknown')}, {context['date'][:10]}; processor time on one thread, medians of "
-            f"{max(r['runs'] for r in rows)} runs. Measured peaks: " + "; ".join(peaks) + ".")
+    build = f"{context['compiler'].strip()}, release preset" if "compiler" in context else "compiler unknown"
+    load = f", load {context['load_avg'][0]:.1f} at the start" if context.get("load_avg") else ""
+    return (f"{processor()}{load}; {build}; revision {context.get('revision', 'unknown')}, {context['date'][:10]}. Processor time on one thread "
+            f"(elapsed time for steps/), medians of {max(r['runs'] for r in rows)} runs. Measured peaks: " + "; ".join(peaks) + ".")
 
 
 def peer_text(row, rows):

@@ -129,6 +129,11 @@ int main(int count, char** arguments) {
     const ldi::memory_scope counts(counted_memory);
     measure_peaks();
     benchmark::AddCustomContext("instruction set", std::string(to_string(ldi::best_isa())));
+#if defined(__clang__)
+    benchmark::AddCustomContext("compiler", "clang " __clang_version__);
+#else
+    benchmark::AddCustomContext("compiler", "g++ " __VERSION__);
+#endif
     benchmark::Initialize(&count, arguments);
     if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;
     benchmark::RunSpecifiedBenchmarks();
