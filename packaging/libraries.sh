@@ -12,9 +12,9 @@ source "$top/scripts/requirements.sh"
 
 target=$1
 if [ "$target" = web ]; then
-    require "${needs_sources[@]}" "${needs_web[@]}" >&2
+    require "${needs_build[@]}" "${needs_sources[@]}" "${needs_web[@]}" >&2
 else
-    require "${needs_release[@]}" >&2
+    require "${needs_build[@]}" "${needs_release[@]}" >&2
 fi
 build=$top/build/libraries
 prefix=$build/$target

@@ -109,7 +109,7 @@ TEST_CASE("a buffer allocates from the current memory scope, and returns its mem
         {
             const memory_scope nested(inner.source);
             kept = buffer<float>(10);
-            first.resize(10000);  // stays in the memory where it started
+            first.resize(10000);  // grows in the memory from which it was first allocated
             CHECK((inner.blocks == 1 && outer.bytes >= 40000));
         }
         CHECK(&current_memory() == &outer.source);
@@ -156,7 +156,7 @@ TEST_CASE("a value whose constructor throws is not appended and not destroyed") 
         CHECK(values.size() == 1);
         values.emplace_back(false);
         values.emplace_back(false);
-        CHECK_THROWS_AS(values.emplace_back(true), int);  // where the buffer would have to grow
+        CHECK_THROWS_AS(values.emplace_back(true), int);  // at full capacity, so that the buffer would have to grow
         CHECK(values.size() == 3);
         CHECK(unmakeable::alive == 3);
     }

@@ -24,6 +24,12 @@ struct material_column {
     static constexpr std::size_t channels = 1;
 };
 
+using two_columns = photo_columns<normal_column, material_column>;
+static_assert(std::is_constructible_v<two_columns, const image<float>&, image_view<const std::uint16_t>>);
+static_assert(!std::is_constructible_v<two_columns, const image<float>&, image<std::uint16_t>>, "the view would dangle");
+static_assert(!std::is_constructible_v<two_columns, const image<float>&>);
+static_assert(!std::is_constructible_v<two_columns, const image<std::uint16_t>&, const image<float>&>);
+
 /// A function of the photo's position, so that it can be checked wherever the value occurs.
 std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<std::uint16_t>(7 * x + 1000 * y); }
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Searches for a depth network: measures the latency table, trains members briefly, fits the predictor, searches, trains the networks found
-# as briefly, and checks the paper's own network against its published results. Skips steps with missing data and prints the reason.
+# as briefly, and checks the paper's own network against its published results. Installs missing packages. Skips steps with
+# missing data and prints the reason.
 #
 #   search/run.sh [--quick] [OPTION_OF_members.py...]     --quick: a smoke test, results in build/search_quick
 #
@@ -10,6 +11,9 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../../.." && pwd)
+# shellcheck source=scripts/requirements.sh
+source "$root/scripts/requirements.sh"
+require "${needs_compiler[@]}" "${needs_training[@]}" >&2
 shared=${SHARED:-$root/../shared}
 results=$here built=$root/build/search rounds=5 generations=60 photos=2 quick=
 if [ "${1:-}" = --quick ]; then

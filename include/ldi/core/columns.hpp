@@ -18,9 +18,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel. Up to three static functions
-/// compute the values of new pixels, coarser levels and vertices; a default replaces each function that a tag lacks. A function
-/// with one of these names and another signature does not compile.
+/// A column tag: a default constructible class that is not final, with the scalar and the number of scalars per pixel. Up to
+/// three static functions compute the values of new pixels, coarser levels and vertices; a default replaces each function that a
+/// tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -34,13 +34,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     };
 template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
+    T{};
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
     requires(T::channels > 0 && T::channels <= 65536);
 };
 
-/// Rules for new pixels: the value of the pixel whose surface continues, or zero.
+/// Whether a column is one of `Columns`.
+template <class Column, class... Columns>
+concept one_of = (std::is_same_v<Column, Columns> || ...);
+
+/// Rules for new pixels. copied() returns the value of the pixel whose surface the new pixel continues; zeroed() returns 0.
 template <class Scalar>
 constexpr Scalar copied(Scalar origin) {
     return origin;
@@ -51,7 +56,8 @@ constexpr Scalar zeroed(Scalar) {
 }
 
 /// All channels of one or more pixels. A rule receives all of them, so that it can renormalize a vector or let pixels vote. The
-/// first pixel is the one that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+/// first pixel is the one that a coarser level keeps, or the vertex's own pixel (textured_mesh::pixels). All pixels have equal
+/// weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -97,8 +103,8 @@ using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
 template <payload_column Column>
 using values_of = std::array<typename Column::scalar, Column::channels>;
 
-/// Whether a tag has a member with the name of a rule, of whatever type or signature. Every name of `rule_names` is ambiguous in
-/// a class that inherits from the tag and from `rule_names`, if the tag has it, too.
+/// Detects whether a tag has a member with the name of a rule, whatever its type. column_and_names inherits from the tag and from
+/// rule_names. If the tag has the name, too, the name is ambiguous in column_and_names, and the concept lacks_... is false.
 struct rule_names {
     int new_pixel, coarser, at_vertex;
 };
@@ -120,9 +126,9 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag's rule, if it has one, accepts exactly the values of its column, by value or const reference, and returns them.
-/// Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would
-/// silently cut off values.
+/// Whether a tag has a rule that accepts exactly the values of its column, by value or const reference, and returns them. The
+/// constants ..._fits are true for such a rule and for a tag without the rule. Without this check, the default would silently
+/// replace a rule with a wrong signature, and a rule for a smaller type would silently cut off values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -195,7 +201,7 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 
 }  // namespace detail
 
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
+/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, meaningless until the pixel is inpainted.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;

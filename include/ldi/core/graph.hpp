@@ -50,8 +50,7 @@ namespace detail {
 }
 
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only graph_view, graph and graph_builder can derive from it and change it, so that a finished graph never receives unchecked
-/// columns.
+/// Only graph_view, graph and graph_builder can derive from it and change it, so that other code cannot change a finished graph.
 template <class Column>
 class index_columns {
     static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
@@ -65,7 +64,7 @@ public:
 
     /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// Returns K as an index.
+    /// Returns K in the type of ldi's indices.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
@@ -79,7 +78,7 @@ public:
     index_view left() const& { return neighbors(side::left); }
     index_view right() const& { return neighbors(side::right); }
 
-    // Columns of a temporary owner, which would be destroyed with it.
+    // No views of a temporary owner's columns, which would be destroyed with the owner.
     index_view x() const&& requires is_owner = delete;
     index_view y() const&& requires is_owner = delete;
     index_view neighbors(side) const&& requires is_owner = delete;

@@ -8,10 +8,22 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Tag for overloads that skip a check. The caller guarantees what the check would find out.
+struct unchecked_t {};
+inline constexpr unchecked_t unchecked{};
+
+namespace detail {
+[[noreturn]] inline void refuse_graph(const violation& found) {
+    raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
+          "a violation at pixel " + std::to_string(found.pixel));
+}
+}  // namespace detail
 
 /// A graph under construction. It can be read like a finished graph.
 ///
@@ -73,15 +85,21 @@ public:
         there = no_pixel;
     }
 
-    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, which could change the graph
-    /// after build().
+    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, because the caller could
+    /// change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
     /// direction, too. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
+    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
+    /// then remains unchanged. Linear time.
     graph build() && {
+        if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
+        return graph(std::move(*this));
+    }
+    /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
+    graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }
@@ -111,7 +129,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
             g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
             g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
-    return std::move(g).build();
+    return std::move(g).build(unchecked);
 }
 
 }}  // namespace ldi

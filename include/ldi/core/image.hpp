@@ -111,8 +111,8 @@ private:
 
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 ///
-/// A temporary image converts to a read-only view, so that it can be an argument. C++ cannot tell this from
-/// `image_view<const T> v = make();`, whose view refers to a destroyed image. view() and row() of a temporary do not compile.
+/// A temporary image converts to a read-only view, so that it can be an argument. Therefore `image_view<const T> v = make();`
+/// compiles, too, but `v` then refers to a destroyed image. view() and row() of a temporary do not compile.
 template <class Scalar>
 class image {
 public:

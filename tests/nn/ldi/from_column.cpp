@@ -67,7 +67,7 @@ TEST_CASE("values outside the range of 64-bit integers are clamped, too") {
     CHECK(clamped<std::uint64_t>() == buffer<std::uint64_t>{all, 0, all, 0, std::uint64_t{1} << 63, 3, 0});
 }
 
-TEST_CASE("a column of bool is true from one half up") {
+TEST_CASE("a column of bool is true for values of one half and more") {
     layered_image<identifier<bool>> layers(make_grid(6, 1));
     feature_map map(6, 1);
     map.values = {0.0F, 0.3F, std::nanf(""), 0.5F, 1.0F, 7.0F};

@@ -52,7 +52,8 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
         if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
             return value;
         } else if constexpr (std::integral<scalar>) {
-            // The product of two floats is exact. If it is not a half, adding 0.5 does not round across an integer.
+            // A double holds the product of two floats exactly, with 5 bits to spare, so that the sum with 0.5 does not round up
+            // to the next integer.
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
