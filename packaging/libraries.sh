@@ -127,7 +127,7 @@ build_libheif() {
     for tool in X265 DAV1D AOM_ENCODER AOM_DECODER SvtEnc RAV1E EXAMPLES; do options+=("-DWITH_$tool=OFF"); done
     if [ "$target" = web ]; then
         options+=(-DENABLE_MULTITHREADING_SUPPORT=OFF)
-        # For WebAssembly, libheif skips two of HEVC's filters and adds its JavaScript interface by default.
+        # By default, libheif for WebAssembly skips two of HEVC's filters and adds a JavaScript interface. The edits disable both.
         sed -i -e 's/^#if defined(__EMSCRIPTEN__)/#if 0/' -e '/de265_start_worker_threads/d' \
             "$source/libheif/heif.cc" "$source/libheif/plugins/heif_decoder_libde265.cc"
     fi
