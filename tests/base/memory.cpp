@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 using namespace ldi;
@@ -30,6 +31,9 @@ template <class T>
 bool equal(const buffer<T>& a, const std::vector<T>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
+
+static_assert(std::is_constructible_v<memory_scope, const memory&>);
+static_assert(!std::is_constructible_v<memory_scope, memory>, "the scope would keep the address of a temporary");
 
 }  // namespace
 

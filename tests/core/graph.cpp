@@ -6,6 +6,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <limits>
+
 using namespace ldi;
 
 TEST_CASE("sides are in the paper's order, and up points to smaller y") {
@@ -146,6 +148,23 @@ TEST_CASE("build() refuses a graph with a wrong link or position, also in releas
         ++refused;
     }
     CHECK(refused > 200);
+}
+
+TEST_CASE("a builder refuses 2^31 pixels before it allocates memory") {
+    constexpr std::size_t too_many = std::size_t{1} << 31;
+    CHECK_THROWS_AS(graph_builder(1, 1, too_many), error);
+    CHECK_THROWS_AS(graph_builder(1, 1, too_many, unset), error);
+    CHECK_THROWS_AS(graph_builder(1, 1, 2 * too_many, unset), error);
+}
+
+TEST_CASE("can_link() and unlink() accept any position and neighbor that was set without a check") {
+    graph_builder b(2, 1, 2);
+    b.set_position(1, std::numeric_limits<std::int32_t>::max(), 0);
+    b.set_position(0, std::numeric_limits<std::int32_t>::min(), 0);
+    CHECK_FALSE(b.can_link(1, side::right, 0));
+    b.set_neighbor(0, side::right, 1'000'000);
+    b.unlink(0, side::right);
+    CHECK(b.neighbor(0, side::right) == no_pixel);
 }
 
 TEST_CASE("the tests' random graphs are sound, and include islands, helices and five layers or more") {

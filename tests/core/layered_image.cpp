@@ -1,3 +1,4 @@
+#include <ldi/core/coarsening.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/layered_view.hpp>
@@ -50,10 +51,19 @@ static_assert(!payload_column<column_of<const float, 1>> && !payload_column<colu
 static_assert(!payload_column<column_of<std::unique_ptr<int>, 1>>, "grow() copies values");
 struct final_column final : column_of<float, 1> {};
 static_assert(!payload_column<final_column>, "its rules could not be checked");
-struct not_constructible_column : column_of<float, 1> {
-    not_constructible_column() = delete;
+struct fractional_column {
+    using scalar = float;
+    static constexpr double channels = 2.5;
 };
-static_assert(!payload_column<not_constructible_column>, "layered images construct tags");
+static_assert(!payload_column<fractional_column> && fractional_column::channels > 0);
+static_assert(payload_column<column_of<double, 8192>> && !payload_column<column_of<double, 8193>>,
+              "rules return all scalars of a pixel on the stack");
+struct throwing_tag : column_of<float, 1> {  // layered images never construct tags
+    throwing_tag() { throw 1; }
+};
+struct not_constructible_tag : column_of<float, 1> {
+    not_constructible_tag() = delete;
+};
 static_assert(!payload_column<const disparity_column> && !payload_column<volatile disparity_column>,
               "two columns would have one name");
 
@@ -226,7 +236,8 @@ static_assert(offers_column<layered_view<color_column>, color_column> &&
 
 enum class material : std::uint8_t { wood, stone };
 static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);
-static_assert(!averageable<std::int64_t> && !averageable<material>, "a mean of identifiers has no meaning");
+static_assert(!averageable<std::int64_t> && !averageable<material> && !averageable<std::string>,
+              "a mean of identifiers or texts has no meaning");
 
 /// Checks that every column has one row per pixel, and that the topology is valid.
 template <class... Columns>
@@ -348,6 +359,15 @@ TEST_CASE("the image is empty while edit_links() or grow() runs its callback, so
     });
     CHECK(layers.size() == 16);
     CHECK(is_sound(layers));
+}
+
+TEST_CASE("no function of a layered image constructs a column tag, so a tag's constructor may throw or be deleted") {
+    using tagged = layered_image<disparity_column, throwing_tag, not_constructible_tag>;
+    tagged layers(layered_image<disparity_column>(make_grid(4, 4)));
+    CHECK(is_sound(layers));
+    layers.grow([](graph_builder b) { return grown_pixels{std::move(b).build(), {{0, 16, false}}, {}}; });
+    CHECK(is_sound(layers));
+    CHECK(is_sound(coarsen(layers).layers));
 }
 
 TEST_CASE("new columns have one row per pixel and are zero") {

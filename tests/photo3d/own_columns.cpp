@@ -27,6 +27,16 @@ struct material_column {
 using two_columns = photo_columns<normal_column, material_column>;
 static_assert(std::is_constructible_v<two_columns, const image<float>&, image_view<const std::uint16_t>>);
 static_assert(!std::is_constructible_v<two_columns, const image<float>&, image<std::uint16_t>>, "the view would dangle");
+static_assert(!std::is_constructible_v<two_columns, const image<float>&, const image<std::uint16_t>>);
+struct derived_image : image<std::uint16_t> {};
+struct owner {
+    image<std::uint16_t> values;
+    operator image_view<const std::uint16_t>() const { return values; }
+};
+static_assert(std::is_constructible_v<two_columns, const image<float>&, const derived_image&>);
+static_assert(!std::is_constructible_v<two_columns, const image<float>&, derived_image>);
+static_assert(std::is_constructible_v<two_columns, image<float>&, const owner&>);
+static_assert(!std::is_constructible_v<two_columns, image<float>&, owner>);
 static_assert(!std::is_constructible_v<two_columns, const image<float>&>);
 static_assert(!std::is_constructible_v<two_columns, const image<std::uint16_t>&, const image<float>&>);
 

@@ -213,7 +213,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
 
     coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
                                         std::move(level.parent)};
-    const auto fill = [&]<class Column>(const Column&) {
+    const auto fill = [&]<class Column>(std::type_identity<Column>) {
         buffer<typename Column::scalar> values;
         for (std::int32_t c = 0; c < count; ++c) {
             values.clear();
@@ -223,7 +223,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
             std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
         }
     };
-    (fill(Columns{}), ...);
+    (fill(std::type_identity<Columns>{}), ...);
     return result;
 }
 

@@ -18,9 +18,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a default constructible class that is not final, with the scalar and the number of scalars per pixel. Up to
-/// three static functions compute the values of new pixels, coarser levels and vertices; a default replaces each function that a
-/// tag lacks. A function with one of these names and another signature does not compile.
+/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel, at most 64 KiB in all. Tags are
+/// never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a default
+/// replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -34,11 +34,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     };
 template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
-    T{};
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
-    { T::channels } -> std::convertible_to<std::size_t>;
-    requires(T::channels > 0 && T::channels <= 65536);
+    requires std::integral<std::remove_cv_t<decltype(T::channels)>>;
+    requires(T::channels > 0 && T::channels <= 65536 && sizeof(typename T::scalar) * T::channels <= 65536);
 };
 
 /// Whether a column is one of `Columns`.
@@ -73,9 +72,12 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Whether averaged() accepts the type. A mean of 64-bit identifiers or of enumerators has no meaning.
+/// Whether averaged() accepts the type. A mean of 64-bit identifiers, of enumerators or of texts has no meaning.
 template <class Scalar>
-concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4);
+concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4) && requires(Scalar s) {
+    static_cast<double>(s);
+    static_cast<Scalar>(1.0);
+};
 
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
@@ -188,9 +190,9 @@ values_of<Column> vertex_values(pixels_of<Column> pixels) {
         return averaged(pixels);
 }
 
-template <class Column, class Scalar>
-std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
-    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < column.size() / Column::channels);
+template <class Column, class Scalar, std::integral Index>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Index pixel) {
+    LDI_ASSERT(static_cast<std::size_t>(pixel) < column.size() / Column::channels);
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
 }

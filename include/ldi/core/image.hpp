@@ -95,6 +95,7 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) const {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data_ + static_cast<std::size_t>(y) * row_stride_;
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
@@ -108,6 +109,13 @@ private:
     Scalar* data_ = nullptr;
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
+
+namespace detail {
+template <class>
+inline constexpr bool is_image_view = false;
+template <class Scalar>
+inline constexpr bool is_image_view<image_view<Scalar>> = true;
+}  // namespace detail
 
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 ///
@@ -177,10 +185,12 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) & {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
     const Scalar* row(Index y) const& {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>

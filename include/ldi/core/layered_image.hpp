@@ -17,6 +17,7 @@
 #include <ldi/core/validate.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -95,16 +96,16 @@ public:
     /// Moves the graph and the common columns from another layered image. Columns that the other image lacks become zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
-        const auto make = [&]<class Column>(const Column&) {
+        const auto make = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (!layered_image<Others...>::template has<Column>)
                 values<Column>().resize(other.size() * Column::channels);
         };
-        const auto take = [&]<class Column>(const Column&) {
+        const auto take = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
         };
-        (make(Columns{}), ...);  // first, so that `other` does not change if memory runs out
-        (take(Columns{}), ...);
+        (make(std::type_identity<Columns>{}), ...);  // first, so that `other` does not change if memory runs out
+        (take(std::type_identity<Columns>{}), ...);
         graph_ = std::move(other.graph_);
         other = {};
     }
@@ -136,16 +137,16 @@ public:
     array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
-    template <one_of<Columns...> Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <one_of<Columns...> Column>
@@ -209,11 +210,11 @@ public:
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
-        const auto move_column = [&]<class Column>(const Column&) {
+        const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
             old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
-        (move_column(Columns{}), ...);
+        (move_column(std::type_identity<Columns>{}), ...);
         result.graph_ = std::move(grown.topology);
         *this = std::move(result);
         return std::move(grown.pieces);

@@ -5,6 +5,7 @@
 #include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -55,8 +56,8 @@ public:
     array_view<const typename Column::scalar> column() const {
         return std::get<shown<Column>>(columns_).values;
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
 

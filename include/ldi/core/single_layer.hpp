@@ -8,6 +8,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -53,16 +54,16 @@ public:
     }
     template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const&& = delete;
-    template <one_of<Columns...> Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return layers_.template at<Column>(pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return layers_.template at<Column>(pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
     template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));

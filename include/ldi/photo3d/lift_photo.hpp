@@ -39,11 +39,12 @@ struct photo_columns {
     /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
-    /// Accepts views, and images that are not temporaries.
+    /// Accepts image views, and images and types that convert to views unless they are temporaries.
     template <class... Images>
     requires(sizeof...(Images) == sizeof...(Own) &&
              (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
-             (!std::is_same_v<Images, image<typename Own::scalar>> && ...)) photo_columns(Images&&... own)
+             ((std::is_lvalue_reference_v<Images> || detail::is_image_view<std::remove_cv_t<Images>>)&&...))
+        photo_columns(Images&&... own)
         : images(std::forward<Images>(own)...) {}
 };
 

@@ -35,6 +35,22 @@ TEST_CASE("a column that is converted to a feature map and back is unchanged") {
     });
 }
 
+TEST_CASE("a map whose number of values is no multiple of its channels is refused") {
+    layered_image<color_column> layers(make_grid(5, 1));
+    basic_feature_map<std::uint8_t> map(5, 3);
+    map.values.push_back(1);
+    REQUIRE(map.pixels() == 5);
+    CHECK_THROWS_AS(to_column<color_column>(map, layers), error);
+}
+
+TEST_CASE("to_column() applies the scale to bytes as to floats") {
+    layered_image<known_column> layers(make_grid(3, 1));
+    basic_feature_map<std::uint8_t> map(3, 1);
+    map.values = {0, 50, 200};
+    to_column<known_column>(map, layers, 2.0F);
+    CHECK(layers.column<known_column>() == buffer<std::uint8_t>{0, 100, 255});
+}
+
 TEST_CASE("values outside a column's range are clamped, and NaN becomes 0") {
     layered_image<known_column> layers(make_grid(5, 1));
     feature_map map(5, 1);
