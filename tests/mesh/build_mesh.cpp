@@ -218,4 +218,22 @@ TEST_CASE("a camera without focal length, distances out of order, and an atlas w
     flat.range = {2.0F, 2.0F};
     CHECK_FALSE(result_of(flat, right_atlas));
 }
+
+TEST_CASE("a chart whose bounding box has a side above 8192 is refused") {
+    for (const std::int32_t width : {8192, 8193}) {
+        charted_graph c;
+        c.topology = ldi::make_grid(width, 1);
+        c.charts.chart_of.assign(c.topology.size(), 0);
+        c.charts.charts.push_back({0, 0, width, 1, {}});
+        for (std::int32_t i = 0; i < width; ++i) c.charts.charts.front().pixels.push_back(i);
+        c.disparity.assign(c.topology.size(), 0.5F);
+        std::optional<ldi::error_code> code;
+        try {
+            mesh_of(c, {{0, 0}}, small_options());
+        } catch (const ldi::error& e) {
+            code = e.code();
+        }
+        CHECK(code == (width > 8192 ? std::optional(ldi::error_code::too_large) : std::nullopt));
+    }
+}
 #endif

@@ -197,8 +197,8 @@ visible_surfaces find_visible(const Layers& layers) {
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, and invalid_data
-/// for disparities that are not finite.
+/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, invalid_data
+/// for disparities that are not finite, and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
