@@ -26,8 +26,8 @@ ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_fa
     };
     ldi::buffer<float> normals;
     for (std::int32_t i = 0; i < g.count(); ++i) {
-        const auto towards = [&](ldi::side s) { return place(g.neighbor(i, s) == ldi::no_pixel ? i : g.neighbor(i, s)); };
-        const auto l = towards(left), r = towards(right), u = towards(up), d = towards(down);
+        const auto toward = [&](ldi::side s) { return place(g.neighbor(i, s) == ldi::no_pixel ? i : g.neighbor(i, s)); };
+        const auto l = toward(left), r = toward(right), u = toward(up), d = toward(down);
         const float a[] = {r[0] - l[0], r[1] - l[1], r[2] - l[2]}, b[] = {u[0] - d[0], u[1] - d[1], u[2] - d[2]};
         const float n[] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
         for (const float c : n) normals.push_back(c / (std::max)(std::hypot(n[0], n[1], n[2]), 1e-20F));

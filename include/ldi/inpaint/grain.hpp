@@ -97,10 +97,11 @@ private:
     array_view<const std::uint8_t> known_;
 };
 
-inline void check_option(const char* name, float value, float least, float most) {
-    if (!(value >= least && value <= most))
+inline void check_option(const char* name, float value, float minimum, float maximum) {
+    if (!(value >= minimum && value <= maximum))
         raise(error_code::invalid_option, name,
-              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), detail::to_text(value));
+              std::to_string(static_cast<int>(minimum)) + " to " + std::to_string(static_cast<int>(maximum)),
+              detail::to_text(value));
 }
 
 inline void check_options(const grain_options& options) {

@@ -75,10 +75,10 @@ public:
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
-        const float most = options_.crest * noise;
+        const float max_value = options_.crest * noise;
         for (std::size_t c = 0; c < 3; ++c) {
             const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
-            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+            result[c] = value * (options_.strength * (max_value > 0.0F ? max_value / (max_value + std::abs(value)) : 0.0F));
         }
         return result;
     }

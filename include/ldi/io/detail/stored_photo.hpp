@@ -37,8 +37,8 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     decoded_picture<std::uint8_t> picture;
     picture.samples.reset(static_cast<std::uint8_t*>(std::malloc(height * width * channels)));
     if (!picture.samples)
-        raise(error_code::out_of_memory, where, "memory for a picture",
-              std::to_string(width) + " x " + std::to_string(height) + " pixels");
+        raise(error_code::out_of_memory, where,
+              "memory for " + std::to_string(width) + " x " + std::to_string(height) + " pixels", "less");
     picture.height = height, picture.width = width, picture.channels = channels;
     return picture;
 }
