@@ -29,8 +29,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
-    /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
+    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo, 0 to 100; 0 disables
+    /// grain. Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
     /// Maximum standard deviation that counts as noise, in gray levels, 0 to 255. Stronger detail is an edge, and is limited to
     /// this value.

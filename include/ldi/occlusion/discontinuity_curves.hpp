@@ -41,10 +41,11 @@ struct curve_options {
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    /// Ends of curves at which the hidden surface must not spread sideways.
     constrained_ends constraints = constrained_ends::midground;
-    /// Maximum number of pixel sides in all curves, per pixel of the photo. A depth map with more of them, such as noise, does
-    /// not show surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so
-    /// that such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
+    /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
+    /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
+    /// remaining ones until the limit holds. A noise map then takes only a few times as long as a photo's.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.

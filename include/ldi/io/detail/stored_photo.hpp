@@ -48,8 +48,7 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
 inline void require_memory(std::size_t bytes, const std::string& where) {
     void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove it
     if (probe == nullptr)
-        raise(error_code::out_of_memory, where, "memory for decoding, " + std::to_string(bytes / 1'000'000) + " MB",
-              "less memory");
+        raise(error_code::out_of_memory, where, std::to_string(bytes / 1'000'000) + " MB of memory for decoding", "less");
     std::free(probe);
 }
 
