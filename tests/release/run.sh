@@ -154,7 +154,7 @@ npm_imports() {
     mkdir -p "$clean/npm" && cd "$clean/npm" && printf '{"private": true, "type": "module"}\n' >package.json &&
         npm install --silent --offline --no-audit --no-fund "$release"/photo-3d-*.tgz &&
         # Outside a browser, the module loads without an error until a page creates an element.
-        node -e 'const url = import.meta.resolve ? import.meta.resolve("photo-3d") : require.resolve("photo-3d"); if (!url.endsWith("photo-3d.js")) process.exit(1)' &&
+        node --input-type=module -e 'await import("photo-3d")' &&
         node --check node_modules/photo-3d/photo-3d.js && [ -s node_modules/photo-3d/photo-3d.d.ts ] && [ -s node_modules/photo-3d/README.md ] &&
         [ -s node_modules/photo-3d/LICENSE ]
 }
