@@ -28,8 +28,8 @@ struct compression_choice {
 inline void check_compression([[maybe_unused]] const compression_choice& c) {
 #if !defined(LDI_WITH_COMPRESSION)
     if (c.is_wanted)
-        raise(error_code::invalid_option, "compress",
-              "ldi built with meshoptimizer and libwebp (Debian: libmeshoptimizer-dev, libwebp-dev)", "ldi built without them");
+        raise(error_code::invalid_option, "compress", "ldi built with meshoptimizer and libwebp",
+              "ldi built without them (Debian: libmeshoptimizer-dev, libwebp-dev)");
 #endif
 }
 

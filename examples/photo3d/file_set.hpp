@@ -138,8 +138,8 @@ inline file_set::entry& file_set::add(const std::filesystem::path& target) {
         const std::vector<std::string> all = identities(target);
         for (const std::string& identity : all)
             if (const auto other = taken_.find(identity); other != taken_.end())
-                raise(error_code::invalid_option, target.string(), "a file of its own",
-                      "the same file as " + other->second.string() + ", which is read or written, too");
+                raise(error_code::invalid_option, target.string(), "a file that the run does not use for anything else",
+                      "the same file as " + other->second.string());
         for (const std::string& identity : all) taken_.emplace(identity, target);
     }
     entries_.push_back(std::move(added));

@@ -37,8 +37,8 @@ public:
         text_.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         position_ = text_.find(marker);
         if (position_ == std::string::npos)
-            raise(error_code::invalid_data, file.string(), "the gallery's page, which examples/viewer/build.sh builds",
-                  "a file without " + std::string(marker));
+            raise(error_code::invalid_data, file.string(), "the gallery's page",
+                  "a file without " + std::string(marker) + " (examples/viewer/build.sh builds the page)");
         std::error_code failure;
         std::filesystem::create_directories(posters_, failure);
         if (failure) raise_system_error(failure.value(), posters_, "a folder that can be made");
@@ -48,7 +48,7 @@ public:
     void complete_names(photo_files& names) const {
         if (names.glb.empty()) names.glb = std::filesystem::path(names.html).replace_extension(".glb");
         if (!names.glb.has_filename())
-            raise(error_code::invalid_option, "--gallery", "a GLB file per photo: -o, or --html", "no name for it");
+            raise(error_code::invalid_option, "--gallery", "a name for the GLB file of each photo", "none (use -o or --html)");
         std::string name;
         for (const char c : seen(std::filesystem::path(names.glb).replace_extension()))
             name += c == '/' ? std::string("__") : std::string(1, c);

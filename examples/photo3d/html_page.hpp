@@ -29,7 +29,7 @@ public:
     explicit viewer_page(const std::filesystem::path& file) {
         std::error_code ignored;
         if (!std::filesystem::exists(file, ignored))
-            raise(error_code::file_access, file.string(), "the viewer, which examples/viewer/build.sh builds", "no such file");
+            raise(error_code::file_access, file.string(), "the viewer", "no such file (examples/viewer/build.sh builds it)");
         const std::vector<std::byte> bytes = read_file(file);
         text_.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         title_ = find(file, title_marker);
@@ -51,8 +51,8 @@ private:
     std::size_t find(const std::filesystem::path& file, std::string_view marker) const {
         const std::size_t position = text_.find(marker);
         if (position == std::string::npos)
-            raise(error_code::invalid_data, file.string(), "the viewer, which examples/viewer/build.sh builds",
-                  "a file without " + std::string(marker));
+            raise(error_code::invalid_data, file.string(), "the viewer",
+                  "a file without " + std::string(marker) + " (examples/viewer/build.sh builds the viewer)");
         return position;
     }
 

@@ -12,14 +12,14 @@
 namespace ldi::examples {
 
 /// Accepts a number in a range. Unlike CLI::Range, it takes both bounds as double for options of any type, and rejects "nan".
-inline CLI::Validator between(double least, double most) {
+inline CLI::Validator between(double minimum, double maximum) {
     char range[64];
-    std::snprintf(range, sizeof range, "%g to %g", least, most);
+    std::snprintf(range, sizeof range, "%g to %g", minimum, maximum);
     const std::string text = range;
     return {[=](const std::string& given) {
                 char* end = nullptr;
                 const double number = std::strtod(given.c_str(), &end);
-                const bool is_inside = end != given.c_str() && *end == '\0' && number >= least && number <= most;
+                const bool is_inside = end != given.c_str() && *end == '\0' && number >= minimum && number <= maximum;
                 return is_inside ? std::string() : "expected a number, " + text + ", found " + given;
             },
             text, "between"};
@@ -29,8 +29,8 @@ inline CLI::Validator between(double least, double most) {
 inline constexpr const char* full_size = "4294967295";
 
 /// Accepts a number in a range, or the word "full".
-inline CLI::Validator full_or_between(double least, double most) {
-    const CLI::Validator number = between(least, most);
+inline CLI::Validator full_or_between(double minimum, double maximum) {
+    const CLI::Validator number = between(minimum, maximum);
     return {[=](std::string& given) {
                 if (given == "full") given = full_size;
                 const std::string failure = given == full_size ? std::string() : number(given);

@@ -32,7 +32,8 @@ public:
         bool is_new = add(place.string()) && (may_be_new_in_small_letters || !tells_no_case(place.parent_path()));
         if (is_new && std::filesystem::hard_link_count(place, unknown) > 1 && !unknown) is_new = add(file_identity(place));
         if (!is_new)
-            raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
+            raise(error_code::invalid_option, output.string(), "a file that no other photo of the batch writes",
+                  "another photo's output");
     }
 
 private:

@@ -129,8 +129,8 @@ inline void check_ending(const std::filesystem::path& output, std::initializer_l
                          const std::string& what) {
     const std::string extension = extension_of(output);
     if (is_stream(output) || std::find(endings.begin(), endings.end(), extension) != endings.end()) return;
-    raise(error_code::invalid_option, output.string(), "a name that ends in " + std::string(*endings.begin()) + ": " + what,
-          extension.empty() ? "no ending" : extension);
+    raise(error_code::invalid_option, output.string(), "a name that ends in " + std::string(*endings.begin()),
+          (extension.empty() ? "no ending" : extension) + " (" + what + ")");
 }
 
 inline void check_glb_name(const std::filesystem::path& output) {
@@ -152,7 +152,7 @@ inline void check_own(const std::filesystem::path& output, std::string_view mark
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(output, ignored) || is_own_file(output, mark)) return;
     raise(error_code::invalid_option, output.string(), "no file, or one that photo3d has written",
-          std::string("another; to replace it, name it: ") + option + " " + output.string());
+          std::string("another file (to replace it, use ") + option + " " + output.string() + ")");
 }
 
 }  // namespace ldi::examples

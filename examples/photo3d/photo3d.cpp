@@ -5,6 +5,7 @@
 #include "conversion.hpp"
 #include "data_files.hpp"
 #include "documents.hpp"
+#include "help_text.hpp"
 #include "interruption.hpp"
 #include "messages.hpp"
 #include "outputs.hpp"
@@ -29,6 +30,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -60,10 +62,10 @@ void name_embedded_files(photo_files& names) {
 photo_files names_of(const arguments& a) {
     std::error_code ignored;
     if (std::filesystem::is_directory(a.photos.front(), ignored))
-        ldi::raise(ldi::error_code::invalid_option, a.photos.front().string(), "a photo; --batch converts all photos of a folder",
-                   "a folder");
+        ldi::raise(ldi::error_code::invalid_option, a.photos.front().string(), "a photo", "a folder (use --batch for folders)");
     if (a.photos.size() != 1)
-        ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo, or --batch", std::to_string(a.photos.size()));
+        ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo",
+                   std::to_string(a.photos.size()) + " (use --batch for several)");
     photo_files names{a.photos.front(), a.depth, a.output, a.html, a.report, false};
     find_map_beside(names, a);
     if (a.embed) name_embedded_files(names);
@@ -170,7 +172,6 @@ void describe_documents(CLI::App& app) {
                CLI::App described;
                arguments defaults;
                describe(described, defaults, LDI_DATA_FROM_PROGRAM);
-               described.set_help_flag("-h,--help", "print all options and exit");
                throw CLI::CallForVersion(document(described, program_version, kind), 0);
            },
            "print the manual page (man), or what a shell completes (bash, zsh, fish), and exit")
@@ -181,14 +182,19 @@ int run_program(int count, char** values) {
     CLI::App app;
     arguments a;
     const std::filesystem::path data = data_folder(values[0]);
+    app.formatter(std::make_shared<help_formatter>());
+    app.get_formatter()->label("Positionals", "Input");
     try {
         describe(app, a, data);
         describe_documents(app);
-        app.footer(app.get_footer() + "\n\nExit codes. " + exit_code_text);
+        app.footer(app.get_footer() + "\n\nExit codes: " + exit_code_text);
         app.parse(count, values);
         apply_preset(app, a);
     } catch (const CLI::Success& e) {
         return app.exit(e);  // --help, --version, --generate
+    } catch (const CLI::RequiredError& e) {
+        say(std::string(e.what()) + "; usage: " + usage_text + " (photo3d --help lists all options)");
+        return exit_usage;
     } catch (const CLI::ParseError& e) {
         const std::string unknown = unknown_option(app, count, values);
         say((unknown.empty() ? e.what() : unknown) + " (photo3d --help lists all options)");

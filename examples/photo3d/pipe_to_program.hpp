@@ -90,7 +90,7 @@ public:
         if (failure != 0) {
             close(input_);
             errno = failure;
-            fail("a program that starts");
+            fail("a program that can be started");
         }
         helping_process = process_;
     }
@@ -105,7 +105,7 @@ public:
         for (std::size_t left = frame.size(); left > 0;) {
             const ssize_t written = ::write(input_, data, left);
             if (written < 0 && errno == EINTR) continue;
-            if (written < 0) fail("to take all frames");
+            if (written < 0) fail("a program that reads all frames");
             data += written, left -= static_cast<std::size_t>(written);
         }
     }
@@ -115,7 +115,7 @@ public:
     void finish() {
         const int status = wait();
         if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-            raise(error_code::unavailable, name_, "success", "failure: its message is above");
+            raise(error_code::unavailable, name_, "success", "a failure (see its message above)");
     }
 
 private:

@@ -124,8 +124,8 @@ public:
             const std::optional<nlohmann::ordered_json> document = parse_document(lines.text());
             if (!document)
                 raise(error_code::invalid_data, path.string() + ", line " + std::to_string(lines.number()),
-                      "a document as this program writes it; to start over, name another file",
-                      "\"" + lines.text().substr(0, 200) + "\"");
+                      "a document that this program has written",
+                      "\"" + lines.text().substr(0, 200) + "\" (to start over, name another file)");
             whole += static_cast<off_t>(lines.text().size()) + 1;
             seen.insert(id_of(*document));
         }

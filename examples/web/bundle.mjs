@@ -78,7 +78,11 @@ const style = await bundleFile("style.css");
 const program = (await bundleFile("main.js", { format: "iife" })).replace(/<\/script/g, "<\\/script");
 const template = await readFile(join(source, "page.html"), "utf8");
 
-/** @param {string} assetsText @param {string} server  origins from which the page may read files @param {string} heic  where HEIC is read */
+/**
+ * @param {string} assetsText
+ * @param {string} server  origins from which the page may read files
+ * @param {string} heic  end of the sentence "HEIC ..." on the page: the condition under which the page reads HEIC
+ */
 function makePage(assetsText, server, heic) {
     const scripts = [program, ...viewerScripts].map(hashOf).join(" ");
     const policy =

@@ -73,7 +73,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 ///
-/// Raises the errors of the stages.
+/// Raises the same errors as the overload for a photo, estimator and decider, except theirs.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -119,8 +119,17 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
 ///                 texture
 ///
-/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md lists measured peaks.
+/// Raises
+/// - invalid_data for a photo without a pixel or with other channels, and for disparity that is not finite or that is inverse
+///   depth below 0
+/// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
+/// - invalid_option for an option outside its range
+/// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps
+/// - out_of_memory, and canceled if options.progress requests to stop
+/// - the errors of the estimator, the decider and the inpainter.
+///
+/// Memory and time are bounded for any depth map: each stage documents its bound, and bench/photo3d/README.md lists measured
+/// peaks.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
           executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
@@ -128,32 +137,21 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
-/// Converts a photo, H x W x 3 with at least one pixel, to a 3D photo without columns of the caller. `estimator` is the source of
-/// its depth, `decider` decides whether pixels beside a silhouette belong to the front or the back surface, and `inpainter`
-/// colors the hidden surfaces. Raises the errors of the stages.
+/// Same, without columns of the caller.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// Converts a photo to a 3D photo. aligned_silhouettes decides whether pixels beside a silhouette belong to the front or the back
-/// surface.
-///
-/// photo      H x W x 3, at least one pixel
-/// estimator  source of the photo's depth
-/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
-///
-/// Raises the errors of the stages.
+/// Same, with aligned_silhouettes as the decider.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
                                    Executor&& threads = {}) {
     return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
-/// Converts a photo, H x W x 3 with at least one pixel, to a 3D photo without columns of the caller. `estimator` is the source of
-/// its depth, and `inpainter` colors the hidden surfaces. Raises the errors of the stages.
+/// Same, with aligned_silhouettes as the decider and without columns of the caller.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}) {

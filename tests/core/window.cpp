@@ -135,7 +135,11 @@ TEST_CASE("a shorter path wins over a longer one that starts in an earlier direc
 }
 
 TEST_CASE("a window around the axis of a helix stays on one turn until another turn is nearer") {
-    // Four pixels per turn around the lattice point (1, 1); the right neighbor of a turn's top left pixel is in the next turn.
+    // A spiral staircase around the corner that four lattice positions share. A turn has one pixel per position:
+    //
+    //     a   b      a - c, c - d and d - b are linked. The right neighbor of a is not the b of this turn, but that of the next.
+    //     |   |
+    //     c - d
     testing::sketched_graph g(2, 2);
     buffer<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
     for (std::size_t turn = 0; turn < 3; ++turn) {

@@ -105,7 +105,7 @@ TEST_CASE("a pixel that a curve passes over changes to the surface farther from 
         ldi::image<float> before(1, 3);
         before(0, 0) = 0.8F, before(0, 1) = 0.2F, before(0, 2) = own;
         ldi::detail::curves::trace t;
-        t.sides.push_back({.back = 1, .front = 0, .towards_front = ldi::side::left});
+        t.sides.push_back({.back = 1, .front = 0, .toward_front = ldi::side::left});
         ldi::image<float> disparity = before;
         ldi::detail::curves::change_sides(t, {{2, 0}}, before, disparity);
         CHECK(disparity(0, 2) == changed);

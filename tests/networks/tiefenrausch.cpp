@@ -226,7 +226,7 @@ TEST_CASE("empty images, images without three channels, and sizes that the netwo
     CHECK_THROWS_AS(network.levels(ldi::image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
 }
 
-TEST_CASE("networks whose output has the wrong shape or too large a step are refused") {
+TEST_CASE("networks whose output has the wrong shape or too coarse a quantization step are refused") {
     const ldi::testing::caffe2_files files = ldi::testing::small_network();
     const ldi::network_description sound = ldi::read_caffe2(files.network, files.weights);
     ldi::network_description wide = sound, half = sound, steep = sound;

@@ -23,7 +23,7 @@ ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, 
 // Ends of the lattice edge between two pixels, as (x, y) of corners.
 std::pair<std::pair<int, int>, std::pair<int, int>> corners_of(const ldi::graph_view& g, const ldi::discontinuity& d) {
     const int x = g.x()[static_cast<std::size_t>(d.back)], y = g.y()[static_cast<std::size_t>(d.back)];
-    switch (d.towards_front) {
+    switch (d.toward_front) {
         case ldi::side::up: return {{x, y}, {x + 1, y}};
         case ldi::side::down: return {{x, y + 1}, {x + 1, y + 1}};
         case ldi::side::left: return {{x, y}, {x, y + 1}};
@@ -46,9 +46,9 @@ TEST_CASE("every missing link inside the photo lies on exactly one curve, with i
             for (const ldi::discontinuity& d : c.sides) {
                 REQUIRE(disparity[static_cast<std::size_t>(d.front)] > disparity[static_cast<std::size_t>(d.back)] + 0.05F);
                 REQUIRE(g.x()[static_cast<std::size_t>(d.front)] ==
-                        g.x()[static_cast<std::size_t>(d.back)] + ldi::step_x(d.towards_front));
+                        g.x()[static_cast<std::size_t>(d.back)] + ldi::step_x(d.toward_front));
                 REQUIRE(g.y()[static_cast<std::size_t>(d.front)] ==
-                        g.y()[static_cast<std::size_t>(d.back)] + ldi::step_y(d.towards_front));
+                        g.y()[static_cast<std::size_t>(d.back)] + ldi::step_y(d.toward_front));
                 REQUIRE(found.emplace(std::min(d.back, d.front), std::max(d.back, d.front)).second);
             }
         std::size_t missing = 0;

@@ -65,8 +65,8 @@ for name in set(re.findall(r"\bldi::(\w+)(?!\w|::)", readme)) - {"ldi", "io"}:
 
 # Libraries that ldi::io needs.
 cmake = read("cmake/library.cmake") + read("cmake/FindLdiReaders.cmake")
-for sentence in found(r"`ldi::io`, for files, needs ([^;]*); all formats and fast JPEG encoding ([^(]*) \(", readme, "what ldi::io needs") or ():
-    for library in sentence.split(", "):
+for libraries in found(r"writes files. It requires ([^;]*); ([^;]*) add formats", readme, "what ldi::io needs") or ():
+    for library in re.split(", | and ", libraries):
         check(re.search(rf"\b{library}\b", cmake), f"README.md: ldi::io does not use {library}")
 for target in re.findall(r"(\w+)::\w+=lib", cmake):
     check(target.lower().replace("png", "libpng") in readme, f"README.md: ldi::io also needs {target}")
@@ -104,18 +104,19 @@ if program:
             check(False, f"{page}: photo3d has no {option}")
         checked += len(options_of(page))
 
-    defaults = dict(re.findall(r"^ *(?:-\w,)?--([a-z-]+) [A-Z]\S*(?: to \d+\S*)*?=(\S+)", help_text, re.MULTILINE))
-    defaults |= dict(re.findall(r"^ *--([a-z-]+) [A-Z]+:[^\n=]*=(\S+)$", help_text, re.MULTILINE))
+    # The help has a paragraph per option: "  --NAME VALUE  description (...; default: ...; ...)".
+    paragraphs = re.findall(r"^  (?:-\w, )?--([a-z0-9-]+)(?: (\S+))?((?:.*\n)(?: {10}.*\n)*)", help_text, re.MULTILINE)
+    defaults = {name: match[1] for name, _, text in paragraphs if (match := re.search(r"(?:\(|;\s)default:\s([^;)]*)[;)]", re.sub(r"\s+", " ", text)))}
     for option in ("texture", "grain", "motion"):
         said = found(rf"`--{option} ([\d.]+)`", program_page, f"default of --{option}", PROGRAM_PAGE)
         if said:
             check(defaults.get(option) == said[0], f"{PROGRAM_PAGE}: --{option} is {defaults.get(option)}, not {said[0]}")
     size = re.search(r"the default is (\d+)", program_page)
     check(size and defaults.get("size") == size[1], f"examples/photo3d/README.md: --size is {defaults.get('size')}")
-    for option, values in re.findall(r"^ *--([a-z-]+) TEXT:\{([^}]*)\}", help_text, re.MULTILINE):
+    for option, values in ((name, value) for name, value, _ in paragraphs if "|" in value):
         for page, text in (("README.md", readme), (PROGRAM_PAGE, program_page)):
             for value in re.findall(rf"(?<!cmake )(?<!build )`?--{option} ([a-z0-9-]+)", text):
-                check(value in values.split(","), f"{page}: --{option} has no {value}")
+                check(value in values.split("|"), f"{page}: --{option} has no {value}")
     for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", program_page, "values of --path", PROGRAM_PAGE) or [""])[0]):
         check(path in help_text, f"{PROGRAM_PAGE}: --path has no {path}")
 

@@ -124,7 +124,7 @@ class Run:
         self.step, self.seconds = 0, 0.0  # processor seconds
 
     def state(self):
-        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
+        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimizer": self.optimizer.state_dict(),
                 "step": self.step, "seconds": self.seconds}
 
     def save(self, path):
@@ -135,7 +135,7 @@ class Run:
         state = torch.load(path)
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
-        self.optimizer.load_state_dict(state["optimiser"])
+        self.optimizer.load_state_dict(state["optimizer"])
         for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint by this run's
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]

@@ -256,7 +256,7 @@ class Composites:
         return (np.round(np.clip(d, 0, 1) * 255) / 255).astype(np.float32)
 
 
-OUTSIDE, CONTEXT, LABELLED, NO_STEP = 0, 1, 2, 3  # states of a pixel: not in the region; no label; alpha known; no true step at this curve
+OUTSIDE, CONTEXT, LABELED, NO_STEP = 0, 1, 2, 3  # states of a pixel: not in the region; no label; alpha known; no true step at this curve
 
 
 def labels(band, weights, all_steps_known, radius=10, min_excess=0.15):
@@ -294,7 +294,7 @@ def labels(band, weights, all_steps_known, radius=10, min_excess=0.15):
     for k in range(len(weights)):
         alpha += np.where(k >= front, weights[k], 0)
         between += np.where((k > back) & (k < front), weights[k], 0)
-    state[band.band & good & (between <= 0.1)] = LABELLED
+    state[band.band & good & (between <= 0.1)] = LABELED
     if all_steps_known:
         state[band.band & ~good] = NO_STEP
     return alpha, state

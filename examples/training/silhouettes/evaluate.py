@@ -96,7 +96,7 @@ def of_composites(a, net, observe, depth):
             estimated, _, prepared, cleaned = depth(photo, given)
             band, result = methods(net, observe, photo, estimated, prepared, cleaned)
             alpha, state = composites.labels(band, weights, given is not None)
-            known = state == composites.LABELLED
+            known = state == composites.LABELED
             if known.sum() < MIN_PIXELS[0]:
                 continue
             kinds.append(class_of(kind))

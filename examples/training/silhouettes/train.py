@@ -77,7 +77,7 @@ def tensors(crops):
 def losses(logits, alpha, state):
     """Returns the terms of the loss, each a scalar."""
     p = torch.sigmoid(logits[:, :1])
-    known, none = (state == composites.LABELLED).float(), (state == composites.NO_STEP).float()
+    known, none = (state == composites.LABELED).float(), (state == composites.NO_STEP).float()
     area = known.sum().clamp(min=1)
     error = (p - alpha).abs()
     weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha))  # higher weight where both surfaces share a pixel
@@ -100,7 +100,7 @@ def validate(net, batches, observe):
     mean error of alpha)."""
     wrong, before, error, pixels = 0.0, 0.0, 0.0, 0.0
     for x, alpha, state in batches:
-        known = (state == composites.LABELLED).float()
+        known = (state == composites.LABELED).float()
         p = torch.sigmoid(net(x, (state > composites.OUTSIDE).float(), observe)[:, :1])
         wrong += (((p > 0.5) != (alpha > 0.5)).float() * known).sum().item()
         before += (((x[:, 4:5] > 0) != (alpha > 0.5)).float() * known).sum().item()

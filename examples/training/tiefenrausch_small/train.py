@@ -112,7 +112,7 @@ class Run:
         self.use(self.quantized().take(self.net))
 
     def state(self):
-        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
+        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimizer": self.optimizer.state_dict(),
                 "network": self.network, "ranges": self.ranges, "step": self.step, "since": self.since, "samples": self.samples,
                 "seconds": self.seconds, "progress": self.progress}
 
@@ -127,7 +127,7 @@ class Run:
             self.use(self.quantized())
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
-        self.optimizer.load_state_dict(state["optimiser"])
+        self.optimizer.load_state_dict(state["optimizer"])
         self.step, self.since, self.samples, self.seconds = (state[n] for n in ("step", "since", "samples", "seconds"))
         self.progress = state.get("progress", 0.0)
 
@@ -221,7 +221,8 @@ def main():
             known = photographs.calibration(np.random.default_rng(3))
             export.start_from(run.net, a.weights, known[:1] if a.network == "paper" else known)
         run.use(run.net)
-        if a.weights and a.network == "paper":  # meaningless in floating point, because the network relies on clipped tensors
+        # The published weights work only in 8 bits, because that network relies on clipped tensors.
+        if a.weights and a.network == "paper":
             run.quantize_as(export.read_safetensors(a.weights)[0])
     rng = np.random.default_rng([7, run.step])
     cv2.setRNGSeed(run.step)

@@ -25,7 +25,7 @@ export class Pane {
         this.target = { zoom: 1, x: 0, y: 0 };
     }
 
-    /** Half the visible size, relative to half the frame. */
+    /** Returns the visible share of the frame's width and height at this zoom. */
     half({ zoom }) {
         return { x: this.covered.x / zoom, y: this.covered.y / zoom };
     }

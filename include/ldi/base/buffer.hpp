@@ -85,7 +85,7 @@ struct memory_block {
 /// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
-/// it raises error_code::out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
+/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
 /// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign().
 template <class T>
 class buffer {

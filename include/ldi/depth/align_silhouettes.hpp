@@ -262,7 +262,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
+/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
 /// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
 /// bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the uncertainty per pixel
 /// side of the longest curve.

@@ -221,7 +221,7 @@ private:
 /// disparity  H x W x 1, finite
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
-/// its value if all weights are zero. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
+/// its value if all weights are zero. Raises invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {

@@ -94,10 +94,10 @@ private:
     }
 
     static std::uint64_t element_count(const checked_operator& op, const buffer<std::int64_t>& shape) {
-        constexpr std::int64_t most = std::int64_t{1} << 31;
+        constexpr std::int64_t max_count = std::int64_t{1} << 31;
         std::int64_t count = 1;
         for (std::int64_t side : shape) {
-            if (side < 1 || side > most || count * side > most)
+            if (side < 1 || side > max_count || count * side > max_count)
                 op.fail("shape", "positive sides, at most 2^31 values", "an invalid shape");
             count *= side;
         }

@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Reads all bytes of a file.
 ///
-/// max_bytes  maximum size of the file; a longer one raises error_code::too_large
+/// max_bytes  maximum size of the file; a longer one raises too_large
 ///
 /// Raises file_access if the file cannot be opened or read, or is a folder; unavailable if the same call may succeed later;
 /// too_large.

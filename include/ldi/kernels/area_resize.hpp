@@ -118,7 +118,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 }
 
 /// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
-/// mixed colors at the borders. Raises error_code::invalid_data if the source or the result has no pixel.
+/// mixed colors at the borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {

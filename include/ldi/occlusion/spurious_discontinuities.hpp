@@ -30,7 +30,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
 
     struct open_link {
         std::int32_t pixel, other;
-        side towards;
+        side toward;
     };
     buffer<open_link> open;
     const graph_view g = layer.topology();
@@ -44,7 +44,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
             if (y + 1 < g.height()) find(pixel, side::down, pixel + g.width());
         }
     layer.edit_links([&](link_editor& links) {
-        for (const open_link& o : open) links.link(o.pixel, o.towards, o.other);
+        for (const open_link& o : open) links.link(o.pixel, o.toward, o.other);
     });
     return open.size();
 }

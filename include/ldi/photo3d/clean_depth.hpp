@@ -70,8 +70,8 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape.
-/// Raises error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,

@@ -38,9 +38,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
 /// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
 struct photo3d_options {
-    /// Maximum long side in pixels; a larger photo is shrunk to it.
+    /// Maximum long side in pixels, at least 1; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
-    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.

@@ -119,7 +119,7 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 }  // namespace detail
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises error_code::too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
+/// Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -174,7 +174,7 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises error_code::too_large for a
+/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises too_large for a
 /// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;

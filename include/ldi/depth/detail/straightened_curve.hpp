@@ -47,7 +47,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
             sum.x += p.x, sum.y += p.y;
         }
         for (std::int32_t i = k - before; i < k + after; ++i) {
-            const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
+            const side s = t.sides[t.is_closed ? wrapped(i) : i].toward_front;
             front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
         }
         const float size = nearest_float(2 * even + 1), length = (std::max)(vector_length(front.x, front.y), 1e-6F);

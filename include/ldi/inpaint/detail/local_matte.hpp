@@ -34,7 +34,7 @@ struct mixture {
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
                      const float* known_alpha) {
     mixture best;
-    float least = std::numeric_limits<float>::infinity(), contrast = 1;
+    float min_cost = std::numeric_limits<float>::infinity(), contrast = 1;
     for (std::size_t f = 0; f < count; ++f)
         for (std::size_t b = 0; b < count; ++b) {
             float_color across, from_background, error;
@@ -46,12 +46,12 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
             const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
-            if (cost >= least) continue;
-            least = cost, contrast = squared;
+            if (cost >= min_cost) continue;
+            min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
     // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
-    const float error = std::sqrt(least / (contrast + 1.0F));
+    const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }

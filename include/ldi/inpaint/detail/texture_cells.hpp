@@ -58,8 +58,8 @@ private:
     }
 };
 
-/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
-inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
+inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int max_steps) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
@@ -72,7 +72,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
         }
     };
     for_each_unknown(known, [&](std::int32_t i) { visit_around(i, 1, wave); });
-    for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
+    for (int distance = 2; distance <= max_steps && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
         wave.swap(further);

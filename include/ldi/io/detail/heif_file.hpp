@@ -57,7 +57,8 @@ inline void check_heif(const heif_error& said, const std::string& where) {
 struct heif_file {
     heif_file(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
         : items(bytes, budget, where), context(heif_context_alloc()) {
-        if (!context) raise(error_code::out_of_memory, where, "memory for a file", std::to_string(bytes.size()) + " bytes");
+        if (!context)
+            raise(error_code::out_of_memory, where, "memory for a file of " + std::to_string(bytes.size()) + " bytes", "less");
         const std::size_t longest_side = (std::min)(budget.max_pixels(), std::size_t{65535});
         heif_context_set_maximum_image_size_limit(context.get(), static_cast<int>(longest_side));
         limit(budget);

@@ -112,7 +112,7 @@ struct opened_tiff {
     [[noreturn]] void broken(const std::string& where) const {
         for (const char* const said : {"No space", "ut of memory", "nsufficient memory", "o allocate memory"})
             if (memory.complaint.find(said) != std::string::npos)
-                raise(error_code::out_of_memory, where, "memory for a picture", memory.complaint);
+                raise(error_code::out_of_memory, where, "enough memory", "too little: " + memory.complaint);
         damaged(picture_format::tiff, where, memory.complaint);
     }
 
@@ -122,7 +122,7 @@ private:
         const void* data = nullptr;
         TIFFGetField(file.get(), TIFFTAG_SUBFILETYPE, &kind);
         if ((kind & FILETYPE_REDUCEDIMAGE) != 0 || TIFFGetField(file.get(), TIFFTAG_DNGVERSION, &data) == 1)
-            raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file: develop it first");
+            raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file (develop it first)");
         TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
         TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
         if (width == 0 || height == 0) broken(where);

@@ -35,11 +35,11 @@ struct gemm_term {
 
     /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
-        constexpr std::uint64_t most = 64, each = 0x0101010101010101;
+        constexpr std::uint64_t max_load = 64, each = 0x0101010101010101;
         for (std::size_t i = 0; i < max_weights; i += 8) {
             std::uint64_t a = 0, b = 0;
             std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
-            if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
+            if (((a + b + (127 - max_load) * each) & (128 * each)) != 0) return false;
         }
         return true;
     }

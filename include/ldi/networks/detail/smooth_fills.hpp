@@ -160,9 +160,9 @@ private:
         return result;
     }
 
-    /// Colors pixels that have no color on any level. Such pixels exist where few links connect a surface to the rest, because
-    /// these links may be missing on coarser levels. Colors spread along links from colored pixels, one link per pass: each
-    /// pixel becomes the average of its colored neighbors.
+    /// Colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface to the
+    /// rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link per
+    /// pass: each pixel becomes the average of its colored neighbors.
     void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             if (fill.has(row)) continue;
@@ -171,8 +171,8 @@ private:
         }
     }
 
-    /// Colors all pixels without a color on any level, even those that the network does not read, so that colors do not depend
-    /// on which pixels it reads.
+    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
+    /// otherwise, colors would depend on which pixels it reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)

@@ -76,7 +76,7 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
+                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
