@@ -100,7 +100,8 @@ def heading(context, rows):
     build = f"{context['compiler'].strip()}, release preset" if "compiler" in context else "compiler unknown"
     load = f", load {context['load_avg'][0]:.1f} at the start" if context.get("load_avg") else ""
     return (f"{processor()}{load}; {build}; revision {context.get('revision', 'unknown')}, {context['date'][:10]}. Processor time on one thread "
-            f"(elapsed time for steps/), medians of {max(r['runs'] for r in rows)} runs; spread: how much the longest exceeds the shortest. Measured peaks: " + "; ".join(peaks) + ".")
+            f"(elapsed time for steps/), medians of {max(r['runs'] for r in rows)} runs; spread: how much the longest exceeds the "
+            "shortest. Measured peaks: " + "; ".join(peaks) + ".")
 
 
 def peer_text(row, rows):
