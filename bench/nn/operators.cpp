@@ -43,7 +43,7 @@ const ldi::graph& squares(std::int32_t side) {
 
 std::string size_of(const ldi::convolution_plan& plan) {
     const double share = 100.0 * static_cast<double>(plan.irregular.size()) / static_cast<double>(plan.output_count);
-    return pixels_text(plan.output_count) + ", " + std::to_string(share).substr(0, 4) + " % irregular";
+    return pixels_text(plan.output_count) + ", " + std::to_string(share).substr(0, share < 100 ? 4 : 3) + " % irregular";
 }
 
 /// none: an ordinary convolution. partial: convolve_partially(), which excludes missing pixels. masked: the same, with a tenth of

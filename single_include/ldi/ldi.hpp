@@ -14,7 +14,8 @@
 // ---- ldi/base/config.hpp
 // Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own, the
+//                         same in all translation units of a program that define it.
 // LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
 // LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types, and kernels for specific instruction sets.
 //                         Scalar code then computes everything, as it always does with other compilers.
@@ -286,7 +287,9 @@ inline const memory& current_memory() { return *detail::memory_of_thread(); }
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
 class memory_scope {
 public:
+    /// from  must outlive the scope
     explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
+    explicit memory_scope(const memory&&) = delete;
     ~memory_scope() { detail::memory_of_thread() = before_; }
     memory_scope(const memory_scope&) = delete;
     memory_scope& operator=(const memory_scope&) = delete;
@@ -378,7 +381,7 @@ struct memory_block {
 /// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
-/// it raises error_code::out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
+/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
 /// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign().
 template <class T>
 class buffer {
@@ -878,7 +881,7 @@ struct progress_listener {
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
     bool (*is_canceled)(void* user) = nullptr;
 
-    /// Reports progress. Raises error_code::canceled if the caller requests to stop.
+    /// Reports progress. Raises canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
         if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
@@ -1025,9 +1028,10 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 }
 
 /// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
-/// cause equal motion on screen.
+/// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range).
 struct depth_range {
-    float z_near = 1.0F;  ///< depth at disparity 1, in meters if known
+    float z_near = 1.0F;  ///< depth at disparity 1
     float z_far = 10.0F;  ///< depth at disparity 0
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
@@ -1085,6 +1089,9 @@ namespace detail {
           std::to_string(width) + " x " + std::to_string(height));
 }
 
+[[noreturn]] inline void refuse_pixel_count() { raise(error_code::too_large, "graph", "fewer than 2^31 pixels", "more"); }
+inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
+
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
 /// Only graph_view, graph and graph_builder can derive from it and change it, so that other code cannot change a finished graph.
 template <class Column>
@@ -1108,7 +1115,10 @@ public:
     index_view y() const& { return y_; }
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
-    index_view neighbors(side s) const& { return neighbors_[static_cast<std::size_t>(s)]; }
+    index_view neighbors(side s) const& {
+        LDI_ASSERT(static_cast<std::size_t>(s) < 4);
+        return neighbors_[static_cast<std::size_t>(s)];
+    }
     index_view up() const& { return neighbors(side::up); }
     index_view down() const& { return neighbors(side::down); }
     index_view left() const& { return neighbors(side::left); }
@@ -1123,7 +1133,10 @@ public:
     index_view left() const&& requires is_owner = delete;
     index_view right() const&& requires is_owner = delete;
 
-    std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
+    template <std::integral Index>
+    std::int32_t neighbor(Index pixel, side s) const {
+        return neighbors(s)[pixel];
+    }
 
     /// Number of lattice positions, W x H.
     std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
@@ -1163,7 +1176,8 @@ private:
 class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size, too_large for 2^31 pixels or
+    /// more.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
@@ -1172,6 +1186,7 @@ public:
         : index_columns(width, height) {
         x_ = x, y_ = y;
         column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
+        if (x.size() > detail::max_pixels) detail::refuse_pixel_count();
         for (const index_view& column : {y, up, down, left, right})
             if (column.size() != x.size())
                 raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",
@@ -1297,14 +1312,16 @@ namespace detail {
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
-    /// count          number of initial pixels, all at (0, 0) and without links
+    /// count          number of initial pixels, all at (0, 0) and without links; raises too_large for 2^31 or more
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
+        if (count > detail::max_pixels) detail::refuse_pixel_count();
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
     /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
     /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
+        if (count > detail::max_pixels) detail::refuse_pixel_count();
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
@@ -1315,9 +1332,11 @@ public:
         for (const side s : all_sides) column(s) = g.neighbors(s).copy();
     }
 
-    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice.
+    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice. Raises too_large if
+    /// there are 2^31 - 1 pixels.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
+        if (size() >= detail::max_pixels) detail::refuse_pixel_count();
         make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
         for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
@@ -1328,7 +1347,7 @@ public:
     /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
         return exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
-               x_[b] == x_[a] + step_x(s) && y_[b] == y_[a] + step_y(s);
+               x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
 
@@ -1343,8 +1362,7 @@ public:
     void unlink(std::int32_t a, side s) {
         LDI_ASSERT(exists(a));
         std::int32_t& there = column(s)[a];
-        if (there == no_pixel) return;
-        column(opposite(s))[there] = no_pixel;
+        if (exists(there)) column(opposite(s))[there] = no_pixel;  // set_neighbor() may have stored any number
         there = no_pixel;
     }
 
@@ -1486,9 +1504,9 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a default constructible class that is not final, with the scalar and the number of scalars per pixel. Up to
-/// three static functions compute the values of new pixels, coarser levels and vertices; a default replaces each function that a
-/// tag lacks. A function with one of these names and another signature does not compile.
+/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel, at most 64 KiB in all. Tags are
+/// never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a default
+/// replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -1502,11 +1520,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     };
 template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
-    T{};
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
-    { T::channels } -> std::convertible_to<std::size_t>;
-    requires(T::channels > 0 && T::channels <= 65536);
+    requires std::integral<std::remove_cv_t<decltype(T::channels)>>;
+    requires(T::channels > 0 && T::channels <= 65536 && sizeof(typename T::scalar) * T::channels <= 65536);
 };
 
 /// Whether a column is one of `Columns`.
@@ -1541,9 +1558,12 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Whether averaged() accepts the type. A mean of 64-bit identifiers or of enumerators has no meaning.
+/// Whether averaged() accepts the type. A mean of 64-bit identifiers, of enumerators or of texts has no meaning.
 template <class Scalar>
-concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4);
+concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4) && requires(Scalar s) {
+    static_cast<double>(s);
+    static_cast<Scalar>(1.0);
+};
 
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
@@ -1656,9 +1676,9 @@ values_of<Column> vertex_values(pixels_of<Column> pixels) {
         return averaged(pixels);
 }
 
-template <class Column, class Scalar>
-std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
-    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < column.size() / Column::channels);
+template <class Column, class Scalar, std::integral Index>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Index pixel) {
+    LDI_ASSERT(static_cast<std::size_t>(pixel) < column.size() / Column::channels);
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
 }
@@ -1855,16 +1875,16 @@ public:
     /// Moves the graph and the common columns from another layered image. Columns that the other image lacks become zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
-        const auto make = [&]<class Column>(const Column&) {
+        const auto make = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (!layered_image<Others...>::template has<Column>)
                 values<Column>().resize(other.size() * Column::channels);
         };
-        const auto take = [&]<class Column>(const Column&) {
+        const auto take = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
         };
-        (make(Columns{}), ...);  // first, so that `other` does not change if memory runs out
-        (take(Columns{}), ...);
+        (make(std::type_identity<Columns>{}), ...);  // first, so that `other` does not change if memory runs out
+        (take(std::type_identity<Columns>{}), ...);
         graph_ = std::move(other.graph_);
         other = {};
     }
@@ -1896,16 +1916,16 @@ public:
     array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
-    template <one_of<Columns...> Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <one_of<Columns...> Column>
@@ -1969,11 +1989,11 @@ public:
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
-        const auto move_column = [&]<class Column>(const Column&) {
+        const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
             old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
-        (move_column(Columns{}), ...);
+        (move_column(std::type_identity<Columns>{}), ...);
         result.graph_ = std::move(grown.topology);
         *this = std::move(result);
         return std::move(grown.pieces);
@@ -2278,7 +2298,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
 
     coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
                                         std::move(level.parent)};
-    const auto fill = [&]<class Column>(const Column&) {
+    const auto fill = [&]<class Column>(std::type_identity<Column>) {
         buffer<typename Column::scalar> values;
         for (std::int32_t c = 0; c < count; ++c) {
             values.clear();
@@ -2288,7 +2308,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
             std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
         }
     };
-    (fill(Columns{}), ...);
+    (fill(std::type_identity<Columns>{}), ...);
     return result;
 }
 
@@ -2623,7 +2643,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct discontinuity {
     std::int32_t back;   ///< pixel on the far side
     std::int32_t front;  ///< pixel on the near side
-    side towards_front;  ///< direction from `back` to `front`
+    side toward_front;   ///< direction from `back` to `front`
 };
 
 }}  // namespace ldi
@@ -2715,6 +2735,7 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) const {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data_ + static_cast<std::size_t>(y) * row_stride_;
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
@@ -2728,6 +2749,13 @@ private:
     Scalar* data_ = nullptr;
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
+
+namespace detail {
+template <class>
+inline constexpr bool is_image_view = false;
+template <class Scalar>
+inline constexpr bool is_image_view<image_view<Scalar>> = true;
+}  // namespace detail
 
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 ///
@@ -2797,10 +2825,12 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) & {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
     const Scalar* row(Index y) const& {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
@@ -2881,8 +2911,8 @@ public:
     array_view<const typename Column::scalar> column() const {
         return std::get<shown<Column>>(columns_).values;
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
 
@@ -2905,7 +2935,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
-    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
+    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). make_photo3d()
+    /// requires 0.001 to 1.
     float max_step = 0.05F;
 
     /// Whether two neighbors with these disparities are on one surface. False if either is NaN.
@@ -2928,7 +2959,7 @@ inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
-    depth_range range{};      ///< distances at disparity 1 and 0
+    depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
     /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0 if
     /// there are none.
@@ -2964,30 +2995,30 @@ public:
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
     };
 
-    explicit pixel_region(std::int32_t width = 0) : width_(width) { first_run_.push_back(0); }
+    explicit pixel_region(std::int32_t width = 0) : width_(width) {}
 
     void add_run(std::int32_t first, std::int32_t last) {
         LDI_ASSERT(first >= 0 && first < last && last <= width_);
-        if (runs_.count() > first_run_.back() && runs_.back().last == first) {
+        const bool is_first = runs_.count() == first_run(height());
+        if (!is_first && runs_.back().last == first) {
             runs_.back().last = last;
         } else {
-            LDI_ASSERT(runs_.count() == first_run_.back() || runs_.back().last < first);
-            runs_.push_back({first, last, count_});
+            LDI_ASSERT(is_first || runs_.back().last < first);
+            runs_.push_back({first, last, count()});
         }
-        count_ += last - first;
     }
-    void end_row() { first_run_.push_back(runs_.count()); }
+    void end_row() { row_ends_.push_back(runs_.count()); }
 
     std::int32_t width() const { return width_; }
-    std::int32_t height() const { return first_run_.count() - 1; }
+    std::int32_t height() const { return row_ends_.count(); }
     /// Number of pixels.
-    std::int32_t count() const { return count_; }
-    std::size_t size() const { return static_cast<std::size_t>(count_); }
+    std::int32_t count() const { return runs_.empty() ? 0 : runs_.back().pixel_at(runs_.back().last); }
+    std::size_t size() const { return static_cast<std::size_t>(count()); }
 
     /// Returns the runs of a row; empty for rows outside the lattice.
     std::span<const run> row(std::int32_t y) const {
         if (y < 0 || y >= height()) return {};
-        return {runs_.data() + first_run_[y], static_cast<std::size_t>(first_run_[y + 1] - first_run_[y])};
+        return {runs_.data() + first_run(y), static_cast<std::size_t>(row_ends_[y] - first_run(y))};
     }
 
     /// Writes the numbers of the pixels at (x, y), (x + 1, y), ...; no_pixel outside the region.
@@ -3007,9 +3038,12 @@ public:
     }
 
 private:
-    std::int32_t width_, count_ = 0;
+    /// Index of the first run of a row.
+    std::int32_t first_run(std::int32_t y) const { return y == 0 ? 0 : row_ends_[y - 1]; }
+
+    std::int32_t width_;
     buffer<run> runs_;
-    buffer<std::int32_t> first_run_;  // index of each row's first run, then the number of runs
+    buffer<std::int32_t> row_ends_;  // number of runs up to the end of each row
 };
 
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
@@ -3096,16 +3130,16 @@ public:
     }
     template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const&& = delete;
-    template <one_of<Columns...> Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return layers_.template at<Column>(pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return layers_.template at<Column>(pixel);
     }
-    template <one_of<Columns...> Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
     template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));
@@ -3156,12 +3190,12 @@ public:
         present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
     }
 
-    void add(std::int32_t corner, side towards) {
+    void add(std::int32_t corner, side toward) {
         if (present_[corner] == 0) used_.push_back(corner);
-        present_[corner] |= bit(towards);
-        const std::int32_t other = next(corner, towards);
+        present_[corner] |= bit(toward);
+        const std::int32_t other = next(corner, toward);
         if (present_[other] == 0) used_.push_back(other);
-        present_[other] |= bit(opposite(towards));
+        present_[other] |= bit(opposite(toward));
         ++side_count_;
     }
 
@@ -3172,8 +3206,8 @@ public:
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
-    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
-    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
+    std::int32_t next(std::int32_t c, side toward) const { return c + step_x(toward) + step_y(toward) * stride_; }
+    bool has(std::int32_t c, side toward) const { return (present_[c] & bit(toward)) != 0; }
     bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
     bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
     int degree(std::int32_t c) const {
@@ -3181,10 +3215,10 @@ public:
         for (side s : all_sides) count += has(c, s) ? 1 : 0;
         return count;
     }
-    void remove(std::int32_t c, side towards) {
-        LDI_ASSERT(has(c, towards));
-        present_[c] ^= bit(towards);
-        present_[next(c, towards)] ^= bit(opposite(towards));
+    void remove(std::int32_t c, side toward) {
+        LDI_ASSERT(has(c, toward));
+        present_[c] ^= bit(toward);
+        present_[next(c, toward)] ^= bit(opposite(toward));
         --side_count_;
     }
 
@@ -3228,15 +3262,15 @@ public:
             if (all_.degree(end) != 1 || all_.on_border(end)) continue;
             spur.clear();
             std::int32_t corner = end;
-            side towards = side::left;
+            side toward = side::left;
             for (side s : all_sides)
-                if (all_.has(corner, s)) towards = s;
+                if (all_.has(corner, s)) toward = s;
             bool runs_on = true;
             while (runs_on && spur.size() < min_length) {
-                spur.emplace_back(corner, towards);
-                corner = all_.next(corner, towards);
+                spur.emplace_back(corner, toward);
+                corner = all_.next(corner, toward);
                 runs_on = !ends_curves(corner);
-                if (runs_on) towards = onward(corner, opposite(towards));
+                if (runs_on) toward = onward(corner, opposite(toward));
             }
             if (spur.size() < min_length && all_.degree(corner) > 2)
                 for (const auto& [from, s] : spur) all_.remove(from, s);
@@ -3295,28 +3329,27 @@ private:
         return falling ? side::right : side::left;
     }
 
-    trace follow(corner_map& left, std::int32_t corner, side towards) const {
+    trace follow(corner_map& left, std::int32_t corner, side toward) const {
         trace t;
         t.corners.push_back(corner);
         while (true) {
-            t.sides.push_back(discontinuity_between(corner, towards));
-            left.remove(corner, towards);
-            corner = all_.next(corner, towards);
+            t.sides.push_back(discontinuity_between(corner, toward));
+            left.remove(corner, toward);
+            corner = all_.next(corner, toward);
             t.corners.push_back(corner);
             if (ends_curves(corner)) return t;
-            towards = onward(corner, opposite(towards));
-            if (!left.has(corner, towards)) {  // back at the start of a closed curve
+            toward = onward(corner, opposite(toward));
+            if (!left.has(corner, toward)) {  // back at the start of a closed curve
                 t.is_closed = true;
                 return t;
             }
         }
     }
 
-    // Returns the two pixels that share the pixel side from `corner` to the next corner in direction `towards`.
-    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
-        const bool vertical = towards == side::up || towards == side::down;
-        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
-                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
+    // Returns the two pixels that share the pixel side from `corner` to the next corner in direction `toward`.
+    discontinuity discontinuity_between(std::int32_t corner, side toward) const {
+        const bool vertical = toward == side::up || toward == side::down;
+        const std::int32_t x = all_.x(corner) - (toward == side::left ? 1 : 0), y = all_.y(corner) - (toward == side::up ? 1 : 0);
         const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
         const side first_to_second = vertical ? side::right : side::down;
         if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
@@ -4963,7 +4996,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 }
 
 /// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
-/// mixed colors at the borders. Raises error_code::invalid_data if the source or the result has no pixel.
+/// mixed colors at the borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -6661,7 +6694,8 @@ struct depthwise_stretches {
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // column index plus one
+            // Column of the enlarged row, plus one: 0 is the padding to the left of the row.
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }
         return at(columns);
@@ -7946,11 +7980,11 @@ struct gemm_term {
 
     /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
-        constexpr std::uint64_t most = 64, each = 0x0101010101010101;
+        constexpr std::uint64_t max_load = 64, each = 0x0101010101010101;
         for (std::size_t i = 0; i < max_weights; i += 8) {
             std::uint64_t a = 0, b = 0;
             std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
-            if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
+            if (((a + b + (127 - max_load) * each) & (128 * each)) != 0) return false;
         }
         return true;
     }
@@ -9448,6 +9482,12 @@ struct convolution_plan {
 
 namespace detail {
 
+inline void check_kernel_size(std::int32_t kernel_size) {
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
+        raise(error_code::invalid_option, "kernel_size", "an odd number from 1 to " + std::to_string(max_kernel_size),
+              std::to_string(kernel_size));
+}
+
 /// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
 /// share the kernels' tiles.
 inline constexpr std::int32_t min_segment = 4;
@@ -9482,12 +9522,27 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     convolution_plan plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+    const auto refuse = [&](const std::string& found) {
+        raise(error_code::mismatch, "plan_convolution", "the result of coarsen() for this graph", found);
+    };
+    if (coarse.parent.size() != g.size())
+        refuse("that of a graph of " + std::to_string(coarse.parent.size()) + " instead of " + std::to_string(g.size()) +
+               " pixels");
+    const graph& half = coarse.topology;
+    if (half.width() != (g.width() + 1) / 2 || half.height() != (g.height() + 1) / 2 || half.size() != coarse.kept.size())
+        refuse("that of another lattice");
+    // `kept` is ascending, so all its pixels exist if the first and the last one do.
+    if (!coarse.kept.empty() && (coarse.kept.front() < 0 || coarse.kept.back() >= g.count())) refuse("that of a larger graph");
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
-        add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
+        const std::int32_t output = coarse.parent[first + odd];
+        if (output < 0 || output > coarse.kept.count() - kept || coarse.kept[output] != first + odd ||
+            coarse.kept[output + kept - 1] != first + odd + 2 * (kept - 1))
+            refuse("that of another graph");
+        add_segment(plan, {output, kept}, rows, odd);
         return true;
     });
     for (std::int32_t o = 0; o < coarse.kept.count(); ++o)
@@ -9501,12 +9556,21 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 /// fastest.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size; mismatch if `coarse` has the sizes of another graph, or other pixels in the
+/// runs that become segments.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
+    detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
@@ -10419,7 +10483,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
-    const auto column = layers.template column<Column>();
+    const array_view<const typename Column::scalar> column = layered_view<Column>(layers).template column<Column>();
     basic_feature_map<Value> map(layers.size(), Column::channels);
     if constexpr (std::same_as<Value, float>)
         std::transform(column.begin(), column.end(), map.values.begin(),
@@ -10433,19 +10497,23 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
 /// NaN becomes 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
-/// scale  factor of every value before rounding, for float maps
+/// scale  factor of every value before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
-    if (map.pixels() != layers.size() || map.channels != Column::channels)
+    static_assert(!std::is_enum_v<scalar>, "a number of a map is no enumerator; convert it yourself");
+    const auto column = layers.template column<Column>();
+    if (map.pixels() != layers.size() || map.channels != Column::channels || map.values.size() != column.size())
         raise(error_code::mismatch, "to_column",
               std::to_string(layers.size()) + " pixels of " + std::to_string(Column::channels) + " channels",
-              std::to_string(map.pixels()) + " of " + std::to_string(map.channels));
-    const auto column = layers.template column<Column>();
+              std::to_string(map.values.size()) + " values, " + std::to_string(map.channels) + " per pixel");
+    if constexpr (std::same_as<Value, scalar>)
+        if (scale == 1.0F) {
+            std::copy(map.values.begin(), map.values.end(), column.begin());
+            return;
+        }
     std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
-        if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
-            return value;
-        } else if constexpr (std::integral<scalar>) {
+        if constexpr (std::integral<scalar>) {
             // A double holds the product of two floats exactly, with 5 bits to spare, so that the sum with 0.5 does not round up
             // to the next integer.
             const double scaled = double{scale} * static_cast<double>(value);
@@ -10697,12 +10765,20 @@ private:
 /// Plans a convolution with stride 1.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 
@@ -10716,11 +10792,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Shortens a name that was read from a file, and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
-    constexpr std::size_t most = 80;
-    std::string result(name.substr(0, most));
+    constexpr std::size_t max_length = 80;
+    std::string result(name.substr(0, max_length));
     for (char& c : result)
         if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > most ? "..." : "");
+    return result + (name.size() > max_length ? "..." : "");
 }
 
 /// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
@@ -12591,9 +12667,9 @@ private:
         return result;
     }
 
-    /// Colors pixels that have no color on any level. Such pixels exist where few links connect a surface to the rest, because
-    /// these links may be missing on coarser levels. Colors spread along links from colored pixels, one link per pass: each
-    /// pixel becomes the average of its colored neighbors.
+    /// Colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface to the
+    /// rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link per
+    /// pass: each pixel becomes the average of its colored neighbors.
     void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             if (fill.has(row)) continue;
@@ -12602,8 +12678,8 @@ private:
         }
     }
 
-    /// Colors all pixels without a color on any level, even those that the network does not read, so that colors do not depend
-    /// on which pixels it reads.
+    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
+    /// otherwise, colors would depend on which pixels it reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -13352,7 +13428,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
             sum.x += p.x, sum.y += p.y;
         }
         for (std::int32_t i = k - before; i < k + after; ++i) {
-            const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
+            const side s = t.sides[t.is_closed ? wrapped(i) : i].toward_front;
             front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
         }
         const float size = nearest_float(2 * even + 1), length = (std::max)(vector_length(front.x, front.y), 1e-6F);
@@ -13742,7 +13818,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
+/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
 /// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
 /// bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the uncertainty per pixel
 /// side of the longest curve.
@@ -13881,7 +13957,7 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises error_code::invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
+/// Raises invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
 /// radius; 16 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     if (options.radius < 0 || options.radius > 64)
@@ -14694,27 +14770,27 @@ struct normalize_options {
     /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
     /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// Relative difference between adjacent levels of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits encode
-    /// the logarithm of disparity; 0 for a source with fine levels.
+    /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
+    /// bits encode the logarithm of disparity; 0 for a source with fine levels.
     float relative_step = 0.0F;
-    /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, one step is a large part of the range; disparity then does not reach 0.
+    /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a scene
+    /// as flat as a wall, one step is a large part of the range; disparity then does not reach 0.
     float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
     /// up to scale and shift, and `assumed_range` replaces the unknown distances.
     bool is_inverse_depth = true;
     /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// Distances in meters, used if the source does not determine them.
+    /// Distances that are used if the source does not determine them, with 1e-6 <= z_near <= z_far <= 1e9.
     depth_range assumed_range = {};
-    /// Maximum ratio of the farthest to the nearest distance. Larger ratios are clamped, because disparity near the horizon is
-    /// mostly noise.
+    /// Maximum ratio of the farthest to the nearest distance, 1 to 1e6. Larger ratios are clamped, because disparity near the
+    /// horizon is mostly noise.
     float max_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
-    depth_range range;       ///< distances at disparity 1 and 0
+    depth_range range;       ///< distances at disparity 1 and 0; meters if the source is metric
 };
 
 namespace detail {
@@ -14760,8 +14836,8 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option for an option outside its
+/// mismatch for another shape; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
 /// range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
@@ -15058,8 +15134,8 @@ private:
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
-/// Point-samples maps at least as fine as the photo. Raises error_code::mismatch for empty images or other numbers of channels,
-/// error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
+/// Point-samples maps at least as fine as the photo. Raises mismatch for empty images or other numbers of channels,
+/// invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -15202,7 +15278,7 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 ///
-/// Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
+/// Raises invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
 /// sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
@@ -15426,7 +15502,7 @@ private:
 /// disparity  H x W x 1, finite
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
-/// its value if all weights are zero. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
+/// its value if all weights are zero. Raises invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
@@ -15506,10 +15582,11 @@ struct curve_options {
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    /// Ends of curves at which the hidden surface must not spread sideways.
     constrained_ends constraints = constrained_ends::midground;
-    /// Maximum number of pixel sides in all curves, per pixel of the photo. A depth map with more of them, such as noise, does
-    /// not show surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so
-    /// that such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
+    /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
+    /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
+    /// remaining ones until the limit holds. A noise map then takes only a few times as long as a photo's.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.
@@ -15575,8 +15652,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
-            if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
-                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel ||
+            if (!is_inside || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
+                g.y()[d.back] + step_y(d.toward_front) != g.y()[d.front] || g.neighbor(d.back, d.toward_front) != no_pixel ||
                 disparity[d.front] < disparity[d.back])
                 fail();
         }
@@ -15628,13 +15705,13 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
                     y = detail::nearest_float(corners.y(end)), dy = y - detail::nearest_float(corners.y(inner));
         const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
         growth_constraint c{x, y, dx / norm, dy / norm, -dy / norm, dx / norm};
-        float towards_front = 0.0F;
+        float toward_front = 0.0F;
         for (std::size_t i = 0; i < length; ++i) {
-            const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].towards_front;
-            towards_front +=
+            const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].toward_front;
+            toward_front +=
                 c.perpendicular_x * detail::nearest_float(step_x(s)) + c.perpendicular_y * detail::nearest_float(step_y(s));
         }
-        if (towards_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
+        if (toward_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
         return c;
     };
 
@@ -15905,7 +15982,7 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
+                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
@@ -16283,8 +16360,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 /// facts      properties of the photo; their surface rule decides which neighbors are linked
 ///
-/// Raises error_code::mismatch if the images differ in size or have no pixel, error_code::invalid_data for a disparity outside
-/// [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if the images differ in size or have no pixel, invalid_data for a disparity outside
+/// [0, 1], too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
@@ -17039,7 +17116,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
 
     struct open_link {
         std::int32_t pixel, other;
-        side towards;
+        side toward;
     };
     buffer<open_link> open;
     const graph_view g = layer.topology();
@@ -17053,7 +17130,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
             if (y + 1 < g.height()) find(pixel, side::down, pixel + g.width());
         }
     layer.edit_links([&](link_editor& links) {
-        for (const open_link& o : open) links.link(o.pixel, o.towards, o.other);
+        for (const open_link& o : open) links.link(o.pixel, o.toward, o.other);
     });
     return open.size();
 }
@@ -17162,8 +17239,8 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
-    /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
+    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo, 0 to 100; 0 disables
+    /// grain. Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
     /// Maximum standard deviation that counts as noise, in gray levels, 0 to 255. Stronger detail is an edge, and is limited to
     /// this value.
@@ -17230,10 +17307,11 @@ private:
     array_view<const std::uint8_t> known_;
 };
 
-inline void check_option(const char* name, float value, float least, float most) {
-    if (!(value >= least && value <= most))
+inline void check_option(const char* name, float value, float minimum, float maximum) {
+    if (!(value >= minimum && value <= maximum))
         raise(error_code::invalid_option, name,
-              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), detail::to_text(value));
+              std::to_string(static_cast<int>(minimum)) + " to " + std::to_string(static_cast<int>(maximum)),
+              detail::to_text(value));
 }
 
 inline void check_options(const grain_options& options) {
@@ -17303,7 +17381,7 @@ inline float squared_distance(const float_color& a, const float_color& b) {
 /// One side of a pixel on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
-    side towards_front;        ///< direction from `back` to `front`
+    side toward_front;         ///< direction from `back` to `front`
     float_color foreground{}, background{};
     bool can_tell = false;  ///< whether both colors are known and differ
 };
@@ -17343,8 +17421,8 @@ public:
     /// contrast  minimum distance between distinguishable colors, in 1 / 255
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
-            const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
-                                  sample(colors, s.back, opposite(s.towards_front), s.background);
+            const bool has_both = sample(colors, s.front, s.toward_front, s.foreground) &&
+                                  sample(colors, s.back, opposite(s.toward_front), s.background);
             s.can_tell = has_both && squared_distance(s.foreground, s.background) >= contrast * contrast;
         }
     }
@@ -17432,7 +17510,7 @@ struct mixture {
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
                      const float* known_alpha) {
     mixture best;
-    float least = std::numeric_limits<float>::infinity(), contrast = 1;
+    float min_cost = std::numeric_limits<float>::infinity(), contrast = 1;
     for (std::size_t f = 0; f < count; ++f)
         for (std::size_t b = 0; b < count; ++b) {
             float_color across, from_background, error;
@@ -17444,12 +17522,12 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
             const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
-            if (cost >= least) continue;
-            least = cost, contrast = squared;
+            if (cost >= min_cost) continue;
+            min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
     // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
-    const float error = std::sqrt(least / (contrast + 1.0F));
+    const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
@@ -17808,8 +17886,8 @@ private:
     }
 };
 
-/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
-inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
+inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int max_steps) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
@@ -17822,7 +17900,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
         }
     };
     for_each_unknown(known, [&](std::int32_t i) { visit_around(i, 1, wave); });
-    for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
+    for (int distance = 2; distance <= max_steps && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
         wave.swap(further);
@@ -18156,17 +18234,17 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
-    /// Strength relative to the texture of the photo; 0 leaves only grain.
+    /// Strength relative to the texture of the photo, 0 to 100; 0 leaves only grain.
     float strength = 1.0F;
-    /// Limit of a pixel's texture, as a multiple of the photo's detail around it; texture approaches the limit gradually. With a
-    /// large limit, edges are copied, too.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
+    /// gradually. With a large limit, edges are copied, too.
     float crest = 4.0F;
-    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
+    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources, 1 to 200.
     int reach = 32;
-    /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
-    /// this value, texture fades to grain.
+    /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
+    /// value and twice this value, texture fades to grain.
     float tolerance = 13.0F;
-    /// Rounds of the search, in alternating directions.
+    /// Rounds of the search, in alternating directions, 1 to 60.
     int rounds = 2;
 };
 
@@ -18203,10 +18281,10 @@ public:
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
-        const float most = options_.crest * noise;
+        const float max_value = options_.crest * noise;
         for (std::size_t c = 0; c < 3; ++c) {
             const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
-            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+            result[c] = value * (options_.strength * (max_value > 0.0F ? max_value / (max_value + std::abs(value)) : 0.0F));
         }
         return result;
     }
@@ -18371,6 +18449,10 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
 // Charts: flat pieces of a layered image, into which charts/charts.hpp divides it, and their positions in an atlas.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Maximum width and height of a chart's bounding box, in pixels: the maximum side of the default atlas
+/// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
+inline constexpr std::int32_t max_chart_box = 8192;
 
 /// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
@@ -18703,10 +18785,10 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct chart_options {
-    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
-    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
-    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
-    /// divided at all, so the default divides only larger photos.
+    /// Maximum width and height of a bounding box, in pixels; 16 to max_chart_box. The photo's width and height are divided
+    /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight
+    /// filled their atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the
+    /// photo was not divided at all, so the default divides only larger photos.
     std::int32_t max_side = 2048;
     /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
@@ -18716,12 +18798,13 @@ struct chart_options {
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
+/// invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
 /// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 18 bytes per pixel
 /// and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
-    if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
+    if (options.max_side < 16 || options.max_side > max_chart_box)
+        raise(error_code::invalid_option, "max_side", "16 to " + std::to_string(max_chart_box), std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
     constexpr std::int32_t min_side = 64;
@@ -18846,7 +18929,7 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 }  // namespace detail
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises error_code::too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
+/// Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -18901,7 +18984,7 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises error_code::too_large for a
+/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises too_large for a
 /// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
@@ -19180,8 +19263,8 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
-/// below 1, error_code::mismatch for charts of another image. Time is linear in pixels and texels, except for packing, which is
+/// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding
+/// below 1, mismatch for charts of another image. Time is linear in pixels and texels, except for packing, which is
 /// proportional to the number of charts times the number of their different sizes. Memory is up to 32 bytes per pixel and per
 /// texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
@@ -20107,12 +20190,12 @@ inline chart_outlines trace_outlines(const graph_view& g, std::span<const float>
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct lattice_point {
-    std::int32_t x, y;  ///< within +-2^18
+    std::int32_t x, y;  ///< within +-2^16
 
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// A polygon that consists of chains, with at most 2^24 vertices in total. `next` is the vertex after each vertex, or -1 at the
+/// A polygon that consists of chains, with at most 2^28 vertices in total. `next` is the vertex after each vertex, or -1 at the
 /// end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
 /// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
@@ -20142,14 +20225,25 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+/// Number of bits of a vertex in polygon_event().
+inline constexpr int polygon_vertex_bits = 28;
+inline constexpr std::int32_t max_polygon_vertices = 1 << polygon_vertex_bits;
+
+/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 18, 18 and 28 bits.
+///
+/// This suffices for every chart, because coordinates are 0 to max_chart_box, and the bounding box has at most max_chart_box^2
+/// pixels, each with at most four vertices: every vertex is the first corner of a side on the way around a pixel, and no two
+/// vertices share a side. 4 max_chart_box^2 = 2^28.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
-    constexpr std::int32_t offset = 1 << 19;
-    const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
+    constexpr std::int32_t offset = 1 << 17;
+    const std::int64_t event =
+        std::int64_t{p.y + offset} << (18 + polygon_vertex_bits) | std::int64_t{p.x + offset} << polygon_vertex_bits | vertex;
     return static_cast<std::uint64_t>(event);
 }
-inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
-inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return event >> 24 == other >> 24; }
+inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & (max_polygon_vertices - 1)); }
+inline bool at_same_point(std::uint64_t event, std::uint64_t other) {
+    return event >> polygon_vertex_bits == other >> polygon_vertex_bits;
+}
 
 }  // namespace detail
 
@@ -20761,6 +20855,8 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+static_assert(std::int64_t{4} * max_chart_box * max_chart_box <= max_polygon_vertices);  // see polygon_event()
+
 /// Polygon for the triangulator. Per outline vertex, `corners` has the index of its corner in chart_outlines, and `edges` has the
 /// boundary edge that starts there.
 struct chart_polygon {
@@ -21272,7 +21368,7 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
 
 inline void triangulator::collect_events(const polygon& shape) {
     const std::int32_t count = shape.points.count();
-    LDI_ASSERT(count <= 1 << 24);
+    LDI_ASSERT(count <= detail::max_polygon_vertices);
     events_.clear(), before_.assign(shape.points.size(), -1);
     for (std::int32_t v = 0; v < count; ++v) {
         events_.push_back(detail::polygon_event(shape.points[v], v));
@@ -21488,7 +21584,8 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option, and mismatch for another order of the pixels or for a chart with two pixels at one position.
+/// Raises invalid_option, mismatch for another order of the pixels or for a chart with two pixels at one position, and too_large
+/// for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -21688,6 +21785,11 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, "build_mesh",
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
     flat_mesh flat;
     flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
     flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);
@@ -21729,7 +21831,8 @@ struct mesh_part {
 
 /// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
-    buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
+    /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
+    buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
     buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
@@ -22046,6 +22149,16 @@ private:
     buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
 };
 
+inline void check_facts(const photo_facts& facts) {
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (!is_positive(facts.camera.focal_length))
+        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
+              to_text(facts.camera.focal_length));
+    if (!is_positive(facts.range.z_near) || !is_positive(facts.range.z_far) || facts.range.z_near > facts.range.z_far)
+        raise(error_code::invalid_option, "photo_facts::range", "finite distances with 0 < z_near <= z_far",
+              to_text(facts.range.z_near) + " and " + to_text(facts.range.z_far));
+}
+
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
@@ -22164,11 +22277,12 @@ visible_surfaces find_visible(const Layers& layers) {
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
 ///         its inverse depth. Edges along silhouettes are soft if there is a matte column
-/// facts   camera, margin, range and surface rule are used
+/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far) and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
+/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, invalid_data
+/// for disparities that are not finite, and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
@@ -22184,6 +22298,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    detail::check_facts(facts);
+    if (!charts.charts.empty() && atlas.color.empty())
+        raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
     detail::check_charts(charts, g, "build_mesh");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
@@ -22249,7 +22366,7 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
-    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // includes photo_facts::margin
+    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // its width and height include photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
@@ -23978,6 +24095,23 @@ inline std::uint32_t hexadecimal_value(char c) {
     return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
 }
 
+/// Returns the length in bytes of the first character of a text, or 0 if the text does not begin with a UTF-8 character in its
+/// shortest form (RFC 3629). Surrogates are no characters.
+inline std::size_t utf8_length(std::string_view text) {
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
+    };
+    const unsigned lead = byte(0);
+    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+    if (lead == 0xED) good = good && byte(1) < 0xA0;
+    if (lead == 0xF0) good = good && byte(1) >= 0x90;
+    if (lead == 0xF4) good = good && byte(1) < 0x90;
+    return good ? 1 + more : 0;
+}
+
 /// Appends the decoded content of a checked string. `written` includes the quotes.
 inline void append_unescaped(std::string_view written, buffer<char>& to) {
     const auto code_at = [&](std::size_t i) {
@@ -24207,22 +24341,11 @@ private:
         return code;
     }
 
-    /// Reads one UTF-8 character (RFC 3629) in its shortest form. Rejects surrogates.
     void read_character() {
-        const auto byte = [&](std::size_t i) {
-            return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
-        };
-        const unsigned lead = byte(0);
-        if (lead < 0x20) fail("no control characters in a string");
-        const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-        bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-        for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-        if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-        if (lead == 0xED) good = good && byte(1) < 0xA0;
-        if (lead == 0xF0) good = good && byte(1) >= 0x90;
-        if (lead == 0xF4) good = good && byte(1) < 0x90;
-        if (!good) fail("UTF-8");
-        at_ += 1 + more;
+        if (static_cast<unsigned char>(peek()) < 0x20) fail("no control characters in a string");
+        const std::size_t length = utf8_length(text_.substr(at_));
+        if (length == 0) fail("UTF-8");
+        at_ += length;
     }
 
     std::string_view text_;
@@ -25383,7 +25506,8 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises too_large beyond 1 GB.
+/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises mismatch for another number of channels and
+/// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
@@ -25574,7 +25698,9 @@ void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& a
 
 inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture) {
     using namespace detail::plain_png;
-    LDI_ASSERT(!picture.empty() && (picture.channels() == 1 || picture.channels() == 3));
+    if (picture.empty() || (picture.channels() != 1 && picture.channels() != 3))
+        raise(error_code::mismatch, "encode_plain_png", "H x W x 1 or H x W x 3 values, at least one pixel",
+              detail::shape_text(picture));
     constexpr std::size_t max_bytes = std::size_t{1} << 30;
     if (picture.width() > max_bytes / picture.channels() / picture.height() || picture.height() > max_bytes / 2)
         raise(error_code::too_large, "encode_plain_png", "a picture below 1 GB",
@@ -25613,12 +25739,14 @@ struct vertex_attribute {
 };
 
 struct glb_options {
-    /// Camera that took the photo. Viewers may start at its position. If absent, the file has no camera.
+    /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
+    /// absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
+    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. If
-    /// `camera` is present, its focal length is written as well, as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far, written together with `motion` as `nearest`
+    /// and `farthest`; unused without `motion`. If `camera` is present, its focal length is written as well, as
+    /// `focal_length_35mm`.
     depth_range range = {};
     /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
     /// `motion`. It tells viewers that they need not hide the photo's border behind a smaller frame.
@@ -25641,8 +25769,8 @@ struct glb_options {
 ///
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
-/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates
-/// vertex_attribute; too_large beyond 4 GB.
+/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for a camera, a motion, a range or a
+/// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -25652,8 +25780,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
-/// about a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
+/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -25671,6 +25799,37 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
         read_picture_header(texture, "texture");
+    }
+}
+
+/// Focal length of a camera as it is written, in millimeters on 35 mm film.
+inline float focal_length_in_file(const pinhole_camera& camera) {
+    return camera.focal_length / focal_length_from_35mm(1.0F, camera.width, camera.height);
+}
+
+inline void check_options(const glb_options& options) {
+    const auto refuse = [](const char* option, const char* expected, const std::string& found) {
+        raise(error_code::invalid_option, option, expected, found);
+    };
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (const std::optional<pinhole_camera>& camera = options.camera)
+        if (camera->width <= 0 || camera->height <= 0 || !is_positive(camera->focal_length) ||
+            !is_positive(focal_length_in_file(*camera)))
+            refuse(
+                "glb_options::camera", "a positive size and a positive, finite focal length",
+                std::to_string(camera->width) + " x " + std::to_string(camera->height) + " and " + to_text(camera->focal_length));
+    if (options.motion) {
+        if (!(*options.motion >= 0) || !std::isfinite(*options.motion))
+            refuse("glb_options::motion", "a finite number of at least 0", to_text(*options.motion));
+        const depth_range& range = options.range;
+        if (!is_positive(range.z_near) || !is_positive(range.z_far) || range.z_near > range.z_far)
+            refuse("glb_options::range", "finite distances with 0 < z_near <= z_far",
+                   to_text(range.z_near) + " and " + to_text(range.z_far));
+    }
+    for (std::string_view rest = options.source; !rest.empty();) {
+        const std::size_t length = utf8_length(rest);
+        if (length == 0) refuse("glb_options::source", "UTF-8", printable(options.source));
+        rest.remove_prefix(length);
     }
 }
 
@@ -25700,7 +25859,6 @@ namespace detail::glb {
 
 /// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
-    LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
@@ -25736,9 +25894,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
         before = ",";
     };
     if (options.motion) add("farthest", shortest(options.range.z_far));
-    if (options.motion && options.camera)
-        add("focal_length_35mm",
-            shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
+    if (options.motion && options.camera) add("focal_length_35mm", shortest(focal_length_in_file(*options.camera)));
     if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
     if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
@@ -25842,6 +25998,7 @@ inline void put_contents(writer& to, const contents& c) {
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                                     const glb_options& options) {
     using namespace detail::glb;
+    detail::check_options(options);
     detail::check_contents(mesh, textures);
     detail::check_attributes(mesh, options.attributes);
     buffer<own_attribute> own;
@@ -25954,9 +26111,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
 /// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
 struct photo3d_options {
-    /// Maximum long side in pixels; a larger photo is shrunk to it.
+    /// Maximum long side in pixels, at least 1; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
-    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
@@ -26163,8 +26320,8 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape.
-/// Raises error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
@@ -26224,11 +26381,12 @@ struct photo_columns {
     /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
-    /// Accepts views, and images that are not temporaries.
+    /// Accepts image views, and images and types that convert to views unless they are temporaries.
     template <class... Images>
     requires(sizeof...(Images) == sizeof...(Own) &&
              (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
-             (!std::is_same_v<Images, image<typename Own::scalar>> && ...)) photo_columns(Images&&... own)
+             ((std::is_lvalue_reference_v<Images> || detail::is_image_view<std::remove_cv_t<Images>>)&&...))
+        photo_columns(Images&&... own)
         : images(std::forward<Images>(own)...) {}
 };
 
@@ -26403,7 +26561,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 ///
-/// Raises the errors of the stages.
+/// Raises the same errors as the overload for a photo, estimator and decider, except theirs.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -26449,8 +26607,17 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
 ///                 texture
 ///
-/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md lists measured peaks.
+/// Raises
+/// - invalid_data for a photo without a pixel or with other channels, and for disparity that is not finite or that is inverse
+///   depth below 0
+/// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
+/// - invalid_option for an option outside its range
+/// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps
+/// - out_of_memory, and canceled if options.progress requests to stop
+/// - the errors of the estimator, the decider and the inpainter.
+///
+/// Memory and time are bounded for any depth map: each stage documents its bound, and bench/photo3d/README.md lists measured
+/// peaks.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
           executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
@@ -26458,32 +26625,21 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
-/// Converts a photo, H x W x 3 with at least one pixel, to a 3D photo without columns of the caller. `estimator` is the source of
-/// its depth, `decider` decides whether pixels beside a silhouette belong to the front or the back surface, and `inpainter`
-/// colors the hidden surfaces. Raises the errors of the stages.
+/// Same, without columns of the caller.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// Converts a photo to a 3D photo. aligned_silhouettes decides whether pixels beside a silhouette belong to the front or the back
-/// surface.
-///
-/// photo      H x W x 3, at least one pixel
-/// estimator  source of the photo's depth
-/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
-///
-/// Raises the errors of the stages.
+/// Same, with aligned_silhouettes as the decider.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
                                    Executor&& threads = {}) {
     return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
-/// Converts a photo, H x W x 3 with at least one pixel, to a 3D photo without columns of the caller. `estimator` is the source of
-/// its depth, and `inpainter` colors the hidden surfaces. Raises the errors of the stages.
+/// Same, with aligned_silhouettes as the decider and without columns of the caller.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}) {

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -215,7 +216,7 @@ TEST_CASE("a flat image is one chart, or an even grid of charts if it exceeds th
     const buffer<float> disparity(g.size(), 0.5F);
     CHECK(make_charts(testing::surfaces_of(g, disparity), {}).charts.size() == 1);
     chart_options options;
-    options.max_side = std::numeric_limits<std::int32_t>::max();
+    options.max_side = max_chart_box;
     CHECK(make_charts(testing::surfaces_of(g, disparity), {}, options).charts.size() == 1);
     options.max_side = 40;
     const chart_set set = make_charts(testing::surfaces_of(g, disparity), {}, options);
@@ -225,6 +226,23 @@ TEST_CASE("a flat image is one chart, or an even grid of charts if it exceeds th
         CHECK(c.width <= 34);
         CHECK(c.height == 35);
     }
+}
+
+TEST_CASE("a size limit of charts below 16 or above 8192 is refused") {
+    const graph g = make_grid(4, 4);
+    const buffer<float> disparity(g.size(), 0.5F);
+    for (const std::int32_t side : {-1, 0, 15, 8193, std::numeric_limits<std::int32_t>::max()}) {
+        CAPTURE(side);
+        std::optional<error_code> code;
+        try {
+            make_charts(testing::surfaces_of(g, disparity), {}, {.max_side = side});
+        } catch (const error& e) {
+            code = e.code();
+        }
+        CHECK(code == error_code::invalid_option);
+    }
+    for (const std::int32_t side : {16, 8192})
+        CHECK_NOTHROW(make_charts(testing::surfaces_of(g, disparity), {}, {.max_side = side}));
 }
 
 TEST_CASE("a disc and the wall behind it become one chart each") {

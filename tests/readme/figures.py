@@ -12,7 +12,6 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-SHARED = ROOT.parent / "shared"
 program = sys.argv[1] if len(sys.argv) > 1 else None
 faults, checked = [], 0
 
@@ -121,22 +120,19 @@ if program:
     for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", program_page, "values of --path", PROGRAM_PAGE) or [""])[0]):
         check(path in help_text, f"{PROGRAM_PAGE}: --path has no {path}")
 
-    # A phone photo.
-    said = found(r"GLB of a phone photo is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
-    photo = SHARED / "depth_companions" / "iphone_mpo_a.jpg"
-    if said and not photo.exists():
-        print(f"not compared: the GLB of a phone photo, because there is no {photo}")
-    elif said:
+    # The sample, with its depth map.
+    said = found(r"GLB of the sample is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
+    if said:
         with tempfile.TemporaryDirectory() as folder:
             glb, report = Path(folder, "a.glb"), Path(folder, "a.json")
             sizes = []
             for more in ([], ["--compress"]):
-                subprocess.run([program, photo, "-o", glb, "--report", report, "--quiet", *more], check=True)
+                subprocess.run([program, ROOT / "examples/photo3d/sample.jpg", "-o", glb, "--report", report, "--quiet", *more], check=True)
                 sizes.append(glb.stat().st_size / 1000)
             triangles = json.loads(report.read_text())["triangles"]
         computed = (sizes[0], triangles, sizes[1])
         for figure, value in zip(numbers(" ".join(said)), computed):
-            check(near(figure, value, 0.1), f"README.md: the phone photo makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
+            check(near(figure, value, 0.1), f"README.md: the sample makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
 
 if faults:
     sys.exit("\n".join(faults))

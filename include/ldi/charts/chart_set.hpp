@@ -13,6 +13,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Maximum width and height of a chart's bounding box, in pixels: the maximum side of the default atlas
+/// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
+inline constexpr std::int32_t max_chart_box = 8192;
+
 /// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box

@@ -9,6 +9,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/glb_contents.hpp>
+#include <ldi/formats/detail/json_reader.hpp>
 #include <ldi/formats/jpeg_png_header.hpp>
 #include <ldi/formats/plain_png.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
@@ -37,12 +38,14 @@ struct vertex_attribute {
 };
 
 struct glb_options {
-    /// Camera that took the photo. Viewers may start at its position. If absent, the file has no camera.
+    /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
+    /// absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
+    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. If
-    /// `camera` is present, its focal length is written as well, as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far, written together with `motion` as `nearest`
+    /// and `farthest`; unused without `motion`. If `camera` is present, its focal length is written as well, as
+    /// `focal_length_35mm`.
     depth_range range = {};
     /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
     /// `motion`. It tells viewers that they need not hide the photo's border behind a smaller frame.
@@ -65,8 +68,8 @@ struct glb_options {
 ///
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
-/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates
-/// vertex_attribute; too_large beyond 4 GB.
+/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for a camera, a motion, a range or a
+/// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -76,8 +79,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
-/// about a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
+/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -95,6 +98,37 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
         read_picture_header(texture, "texture");
+    }
+}
+
+/// Focal length of a camera as it is written, in millimeters on 35 mm film.
+inline float focal_length_in_file(const pinhole_camera& camera) {
+    return camera.focal_length / focal_length_from_35mm(1.0F, camera.width, camera.height);
+}
+
+inline void check_options(const glb_options& options) {
+    const auto refuse = [](const char* option, const char* expected, const std::string& found) {
+        raise(error_code::invalid_option, option, expected, found);
+    };
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (const std::optional<pinhole_camera>& camera = options.camera)
+        if (camera->width <= 0 || camera->height <= 0 || !is_positive(camera->focal_length) ||
+            !is_positive(focal_length_in_file(*camera)))
+            refuse(
+                "glb_options::camera", "a positive size and a positive, finite focal length",
+                std::to_string(camera->width) + " x " + std::to_string(camera->height) + " and " + to_text(camera->focal_length));
+    if (options.motion) {
+        if (!(*options.motion >= 0) || !std::isfinite(*options.motion))
+            refuse("glb_options::motion", "a finite number of at least 0", to_text(*options.motion));
+        const depth_range& range = options.range;
+        if (!is_positive(range.z_near) || !is_positive(range.z_far) || range.z_near > range.z_far)
+            refuse("glb_options::range", "finite distances with 0 < z_near <= z_far",
+                   to_text(range.z_near) + " and " + to_text(range.z_far));
+    }
+    for (std::string_view rest = options.source; !rest.empty();) {
+        const std::size_t length = utf8_length(rest);
+        if (length == 0) refuse("glb_options::source", "UTF-8", printable(options.source));
+        rest.remove_prefix(length);
     }
 }
 
@@ -124,7 +158,6 @@ namespace detail::glb {
 
 /// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
-    LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
@@ -160,9 +193,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
         before = ",";
     };
     if (options.motion) add("farthest", shortest(options.range.z_far));
-    if (options.motion && options.camera)
-        add("focal_length_35mm",
-            shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
+    if (options.motion && options.camera) add("focal_length_35mm", shortest(focal_length_in_file(*options.camera)));
     if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
     if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
@@ -266,6 +297,7 @@ inline void put_contents(writer& to, const contents& c) {
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                                     const glb_options& options) {
     using namespace detail::glb;
+    detail::check_options(options);
     detail::check_contents(mesh, textures);
     detail::check_attributes(mesh, options.attributes);
     buffer<own_attribute> own;

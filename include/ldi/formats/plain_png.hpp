@@ -6,8 +6,8 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
-#include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/checksums.hpp>
 
@@ -25,7 +25,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises too_large beyond 1 GB.
+/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises mismatch for another number of channels and
+/// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
@@ -216,7 +217,9 @@ void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& a
 
 inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture) {
     using namespace detail::plain_png;
-    LDI_ASSERT(!picture.empty() && (picture.channels() == 1 || picture.channels() == 3));
+    if (picture.empty() || (picture.channels() != 1 && picture.channels() != 3))
+        raise(error_code::mismatch, "encode_plain_png", "H x W x 1 or H x W x 3 values, at least one pixel",
+              detail::shape_text(picture));
     constexpr std::size_t max_bytes = std::size_t{1} << 30;
     if (picture.width() > max_bytes / picture.channels() / picture.height() || picture.height() > max_bytes / 2)
         raise(error_code::too_large, "encode_plain_png", "a picture below 1 GB",

@@ -65,6 +65,16 @@ private:
     buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
 };
 
+inline void check_facts(const photo_facts& facts) {
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (!is_positive(facts.camera.focal_length))
+        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
+              to_text(facts.camera.focal_length));
+    if (!is_positive(facts.range.z_near) || !is_positive(facts.range.z_far) || facts.range.z_near > facts.range.z_far)
+        raise(error_code::invalid_option, "photo_facts::range", "finite distances with 0 < z_near <= z_far",
+              to_text(facts.range.z_near) + " and " + to_text(facts.range.z_far));
+}
+
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
@@ -183,11 +193,12 @@ visible_surfaces find_visible(const Layers& layers) {
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
 ///         its inverse depth. Edges along silhouettes are soft if there is a matte column
-/// facts   camera, margin, range and surface rule are used
+/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far) and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
+/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, invalid_data
+/// for disparities that are not finite, and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
@@ -203,6 +214,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    detail::check_facts(facts);
+    if (!charts.charts.empty() && atlas.color.empty())
+        raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
     detail::check_charts(charts, g, "build_mesh");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));

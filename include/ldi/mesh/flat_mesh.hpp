@@ -68,7 +68,8 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option, and mismatch for another order of the pixels or for a chart with two pixels at one position.
+/// Raises invalid_option, mismatch for another order of the pixels or for a chart with two pixels at one position, and too_large
+/// for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -268,6 +269,11 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, "build_mesh",
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
     flat_mesh flat;
     flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
     flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);

@@ -88,7 +88,7 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
 
 inline void triangulator::collect_events(const polygon& shape) {
     const std::int32_t count = shape.points.count();
-    LDI_ASSERT(count <= 1 << 24);
+    LDI_ASSERT(count <= detail::max_polygon_vertices);
     events_.clear(), before_.assign(shape.points.size(), -1);
     for (std::int32_t v = 0; v < count; ++v) {
         events_.push_back(detail::polygon_event(shape.points[v], v));

@@ -5,6 +5,11 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
 using namespace ldi;
 using ldi::testing::random_layers;
 
@@ -43,6 +48,17 @@ indices explored(const graph_view& g, std::int32_t pixel, std::int32_t kernel_si
     indices window(static_cast<std::size_t>(kernel_size * kernel_size));
     gather_window(g, pixel, kernel_size, window);
     return window;
+}
+
+/// Returns the error that a call raises; nothing if it returns.
+template <class Call>
+std::optional<error_code> raised(Call&& call) {
+    try {
+        call();
+    } catch (const error& e) {
+        return e.code();
+    }
+    return std::nullopt;
 }
 
 indices random_subset(std::mt19937& random, std::size_t count) {
@@ -92,6 +108,38 @@ TEST_CASE("a plan contains the right windows for large kernels and for graphs wi
             same = same && windows[i] == explored(g, static_cast<std::int32_t>(i), kernel_size);
         REQUIRE(same);
     }
+}
+
+TEST_CASE("kernel sizes other than 1, 3, ..., 15 are refused") {
+    const graph g = make_grid(20, 20);
+    const coarsened coarse = coarsen(g);
+    for (const std::int32_t kernel_size : {std::numeric_limits<std::int32_t>::min(), -3, 0, 2, 14, 16, 17}) {
+        CAPTURE(kernel_size);
+        CHECK(raised([&] { plan_convolution(g, kernel_size); }) == error_code::invalid_option);
+        CHECK(raised([&] { plan_convolution(g, kernel_size, coarse); }) == error_code::invalid_option);
+    }
+    CHECK_FALSE(raised([&] { plan_convolution(g, 15, coarse); }));
+}
+
+TEST_CASE("a plan with stride 2 refuses the coarse graph of another graph") {
+    const graph g = make_grid(20, 20);
+    const auto result_of = [&](const coarsened& coarse) { return raised([&] { plan_convolution(g, 3, coarse); }); };
+    for (const auto& [width, height] : {std::pair{20, 18}, {18, 20}, {40, 40}, {2, 2}, {400, 1}, {1, 400}, {40, 10}}) {
+        CAPTURE(width, height);
+        const graph other = make_grid(width, height);
+        CHECK(result_of(coarsen(other)) == error_code::mismatch);
+    }
+    CHECK(result_of({}) == error_code::mismatch);
+    coarsened damaged = coarsen(g);
+    damaged.kept.back() = 400;
+    CHECK(result_of(damaged) == error_code::mismatch);
+    damaged = coarsen(g);
+    damaged.kept.resize(99);
+    CHECK(result_of(damaged) == error_code::mismatch);
+    damaged = coarsen(g);
+    std::reverse(damaged.parent.begin(), damaged.parent.end());
+    CHECK(result_of(damaged) == error_code::mismatch);
+    CHECK_FALSE(result_of(coarsen(g)));
 }
 
 TEST_CASE("on a grid, all pixels except those near the border are regular, in one segment per row") {

@@ -34,6 +34,23 @@ inline std::uint32_t hexadecimal_value(char c) {
     return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
 }
 
+/// Returns the length in bytes of the first character of a text, or 0 if the text does not begin with a UTF-8 character in its
+/// shortest form (RFC 3629). Surrogates are no characters.
+inline std::size_t utf8_length(std::string_view text) {
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
+    };
+    const unsigned lead = byte(0);
+    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+    if (lead == 0xED) good = good && byte(1) < 0xA0;
+    if (lead == 0xF0) good = good && byte(1) >= 0x90;
+    if (lead == 0xF4) good = good && byte(1) < 0x90;
+    return good ? 1 + more : 0;
+}
+
 /// Appends the decoded content of a checked string. `written` includes the quotes.
 inline void append_unescaped(std::string_view written, buffer<char>& to) {
     const auto code_at = [&](std::size_t i) {
@@ -263,22 +280,11 @@ private:
         return code;
     }
 
-    /// Reads one UTF-8 character (RFC 3629) in its shortest form. Rejects surrogates.
     void read_character() {
-        const auto byte = [&](std::size_t i) {
-            return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
-        };
-        const unsigned lead = byte(0);
-        if (lead < 0x20) fail("no control characters in a string");
-        const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-        bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-        for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-        if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-        if (lead == 0xED) good = good && byte(1) < 0xA0;
-        if (lead == 0xF0) good = good && byte(1) >= 0x90;
-        if (lead == 0xF4) good = good && byte(1) < 0x90;
-        if (!good) fail("UTF-8");
-        at_ += 1 + more;
+        if (static_cast<unsigned char>(peek()) < 0x20) fail("no control characters in a string");
+        const std::size_t length = utf8_length(text_.substr(at_));
+        if (length == 0) fail("UTF-8");
+        at_ += length;
     }
 
     std::string_view text_;

@@ -14,6 +14,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+static_assert(std::int64_t{4} * max_chart_box * max_chart_box <= max_polygon_vertices);  // see polygon_event()
+
 /// Polygon for the triangulator. Per outline vertex, `corners` has the index of its corner in chart_outlines, and `edges` has the
 /// boundary edge that starts there.
 struct chart_polygon {

@@ -104,12 +104,20 @@ private:
 /// Plans a convolution with stride 1.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 
