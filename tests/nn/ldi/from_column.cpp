@@ -76,7 +76,7 @@ buffer<Scalar> clamped() {
 }
 }  // namespace
 
-TEST_CASE("values outside the range of 64-bit integers are clamped, too") {
+TEST_CASE("values outside the range of 64-bit integers are clamped to the column's range") {
     constexpr std::int64_t lowest = std::numeric_limits<std::int64_t>::min(), highest = std::numeric_limits<std::int64_t>::max();
     CHECK(clamped<std::int64_t>() == buffer<std::int64_t>{highest, lowest, highest, lowest, highest, 3, -1});
     constexpr std::uint64_t all = std::numeric_limits<std::uint64_t>::max();
