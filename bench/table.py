@@ -4,7 +4,8 @@
     table.py RESULTS.json                    all rows, to standard output
     table.py RESULTS.json --readme FILE.md   the rows that fit a page, between the markers of FILE.md
 
-Time is the median processor time of the repetitions. The table names the machine, the revision and the date."""
+Time is the median processor time of the repetitions, except for steps/, which are timed by the clock. The table names the machine, the
+revision and the date."""
 
 import json
 import re
@@ -79,8 +80,10 @@ def allocations_text(row):
 
 def heading(context, rows):
     peaks = [f"{name[5:]}: {float(value):.0f}" for name, value in context.items() if name.startswith("peak ")]
-    return (f"{processor()}, revision {context.get('revision', 'unknown')}, {context['date'][:10]}; processor time on one thread, medians of "
-            f"{max(r['runs'] for r in rows)} runs. Measured peaks: " + "; ".join(peaks) + ".")
+    build = f"{context['compiler'].strip()}, release preset" if "compiler" in context else "compiler unknown"
+    load = f", load {context['load_avg'][0]:.1f} at the start" if context.get("load_avg") else ""
+    return (f"{processor()}{load}; {build}; revision {context.get('revision', 'unknown')}, {context['date'][:10]}. Processor time on one thread "
+            f"(elapsed time for steps/), medians of {max(r['runs'] for r in rows)} runs. Measured peaks: " + "; ".join(peaks) + ".")
 
 
 def peer_text(row, rows):
@@ -118,7 +121,8 @@ def by_instruction_set(rows, sets):
     return lines
 
 
-# Rows omitted from the page: one kernel has its own table, others are variants or take microseconds.
+# Rows omitted from the page: kernels have their own table; steps and scaling laws are left to other pages; the rest are variants
+# or take microseconds.
 LEFT_OUT = re.compile("|".join((
     "^(steps|scaling|kernels)/", "read and pack",
     "^core/(layered_view|single_layer|link_editor|graph_builder|pixel_region|for_each_run|reordered|halved|parents|pixels_below)",

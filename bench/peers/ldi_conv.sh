@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Compares float convolutions, 3 x 3, 32 -> 32 and 16 -> 16, on the layered depth image of a real photo at 1152 x 1536 after expansion
-# with the same convolutions on an image with the same number of pixels in torch's oneDNN (Debian's python3-torch, channels last) and ONNX
-# Runtime (npm). One thread, pinned to one processor, in alternating runs; processor time, because other programs may run. Prints
-# medians and ends with "ratio R": ours over the fastest peer, for the worse of the two shapes. The first run installs
-# onnxruntime-node in the folder PEERS_OUT.
+# Compares float convolutions, 3 x 3, 32 -> 32 and 16 -> 16. Ours run on the layered depth image of the sample at 1152 x 1536 after
+# expansion. The peers, torch's oneDNN (Debian's python3-torch, channels last) and ONNX Runtime (npm), run on an image with about as many
+# pixels. One thread, pinned to one processor, in alternating runs; processor time, because other programs may run. Prints medians and ends
+# with "ratio R": our time over that of the fastest peer, for the worse of the two shapes. The first run installs onnxruntime-node in the
+# folder PEERS_OUT.
 #
 #   bench/peers/ldi_conv.sh [ROUNDS]              LDI_ISA forces an instruction set
 set -euo pipefail

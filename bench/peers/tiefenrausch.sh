@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Compares the depth network at 384 x 288 in ldi, ONNX Runtime (int8, npm) and torch's oneDNN (int8, Debian's python3-torch): one thread,
-# pinned to one processor, in alternating runs. Prints each median and ends with "ratio R": ours over the fastest peer. The first run
-# builds the peers' models and installs onnxruntime-node in the folder PEERS_OUT.
+# pinned to one processor, in alternating runs. Prints each median of elapsed times and ends with "ratio R": our time over that of the
+# fastest peer. The first run builds the peers' models and installs onnxruntime-node in the folder PEERS_OUT.
 #
 # Needs the published network and the peers' models in ../shared; skipped without them.
 #

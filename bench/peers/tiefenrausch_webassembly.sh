@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Compares the depth network at 384 x 288 in WebAssembly under node with ONNX Runtime Web (int8) and TensorFlow.js (float, its wasm
-# backend): one thread, pinned to one processor, in alternating runs. Prints each median and ends with "ratio R": ours over the faster
-# peer. The first run compiles ours, builds the peers' models and installs the peers in the folder PEERS_OUT; 0 rounds do only that.
+# backend): one thread, pinned to one processor, in alternating runs. Prints each median of elapsed times and ends with "ratio R": our time
+# over that of the faster peer. Each run compiles ours; the first one also builds the peers' models and installs the peers in the folder
+# PEERS_OUT. With 0 rounds, the script does nothing else.
 #
 #   bench/peers/tiefenrausch_webassembly.sh [ROUNDS]
 set -euo pipefail

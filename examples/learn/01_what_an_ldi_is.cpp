@@ -22,7 +22,7 @@ int main() {
     for (const ldi::discontinuity& d : curves[0].sides)
         if (d.towards_front == ldi::side::left) cuts.emplace_back(learn::spot_of(front, d.front), learn::spot_of(front, d.back));
 
-    // The surface behind each silhouette grows under the surface in front, and is then colored.
+    // The surface behind each silhouette grows behind the surface in front, and the new part is then colored.
     ldi::photo_layers layers =
         ldi::expand(std::move(front), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);

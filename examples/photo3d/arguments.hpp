@@ -35,7 +35,7 @@ struct arguments {
     std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false, is_paper = false;
-    bool takes_depth_of_photo = false;  // set by find_weights()
+    bool takes_depth_of_photo = false;  // uses depth inside or beside the photo; set by find_weights()
     std::size_t long_side = photo3d_options().long_side, geometry_side = photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
@@ -82,8 +82,8 @@ inline void describe_batch(CLI::App& app, arguments& a) {
         ->needs(batch);
     app.add_option(
            "--gallery", a.gallery,
-           "HTML file to write after the batch: a page of all its 3D photos, with a search for failures; it shows the GLB "
-           "files through a web server, and by double click their posters")
+           "HTML file to write after the batch: a page of all its 3D photos, with a search for failures; opened from a web "
+           "server, it shows the GLB files; opened by double click, small pictures of them")
         ->check(named())
         ->needs(batch);
     app.add_flag("--embed", a.embed,
@@ -154,8 +154,8 @@ inline void describe_hidden_surfaces(CLI::App& app, arguments& a) {
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
     app.add_option("--arithmetic", a.arithmetic,
-                   "number format of the inpainting network: float32, or int8 (faster, 50 dB from float32); default: int8 if the "
-                   "weights have the ranges that it needs")
+                   "number format of the inpainting network: float32, or int8 (faster; colors have a PSNR of 50 dB to those of "
+                   "float32); default: int8 if the weights have the ranges that it needs")
         ->check(CLI::IsMember({"float32", "int8"}));
     app.add_option("--texture", a.texture,
                    "strength of texture on inpainted pixels, copied from similar places of the same surface; 0 for none")
@@ -290,7 +290,7 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
         options.expand.motion = a.motion;
     }
     options.frame = a.frame;
-    options.keeps_depth_maps = !a.stages.empty();  // only the pictures of the stages show them
+    options.keeps_depth_maps = !a.stages.empty();  // only --stages shows them
     if (!a.silhouette_model.empty()) options.level = level_options();
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;

@@ -27,9 +27,9 @@ enum exit_code : int {
 
 /// Description for --help and the manual.
 constexpr const char* exit_code_text =
-    "0: done. 1: an input or a place to write to can't be used; the same never succeeds. 2: wrong options. 75: no memory, no "
-    "space, "
-    "a device that fails; the same may succeed later. 70: a defect of the program. Whatever but 0: nothing was written.";
+    "0: done. 1: an input or an output location can't be used; the same call never succeeds. 2: wrong options. 75: no memory, no "
+    "disk space, or a failing device; the same call may succeed later. 70: a defect of the program. With any code but 0, nothing "
+    "was written.";
 
 /// Returns the length in bytes of the first character if it is valid UTF-8, else 0.
 inline std::size_t utf8_length(std::string_view text) {

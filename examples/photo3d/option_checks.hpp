@@ -11,7 +11,7 @@
 
 namespace ldi::examples {
 
-/// Accepts a number in a range. Unlike CLI::Range, it accepts integral ends for other types, and rejects "nan".
+/// Accepts a number in a range. Unlike CLI::Range, it takes both bounds as double for options of any type, and rejects "nan".
 inline CLI::Validator between(double least, double most) {
     char range[64];
     std::snprintf(range, sizeof range, "%g to %g", least, most);

@@ -1,4 +1,4 @@
-// Names of the files that the photos of a batch become. Prevents two photos from becoming the same file, under any name.
+// Names of a batch's output files. Prevents two photos from having the same output file, even under different names.
 #pragma once
 
 #include "file_set.hpp"
@@ -45,7 +45,7 @@ private:
         return (place.parent_path() / name).string();
     }
 
-    /// Tests this with a temporary file.
+    /// Tests with a temporary file whether a folder ignores case in names.
     static bool tells_no_case(const std::filesystem::path& folder) {
         const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(process_number()) + ".tmp"),
                                     capital = folder / (".ldi-CASE-" + std::to_string(process_number()) + ".tmp");

@@ -47,7 +47,8 @@ std::vector<std::byte> read_element(const std::filesystem::path& viewer) {
     return ldi::read_file(viewer.parent_path() / "photo-3d" / "photo-3d.js");
 }
 
-/// Names the files that a page of --embed refers to. Raises invalid_option.
+/// Chooses the names of the files that a page of --embed refers to: its GLB, if none is given, and its poster. Raises
+/// invalid_option.
 void name_embedded_files(photo_files& names) {
     if (is_standard(names.html) || is_standard(names.glb))
         ldi::raise(ldi::error_code::invalid_option, "--embed", "names of files for the page and the GLB", "standard output");
@@ -123,7 +124,7 @@ void run(const arguments& a, output_files& files) {
     const photo_files names = names_of(a);
     check_files(a, names, files);
     stage_clock clock(a.quiet);
-    std::optional<viewer_page> viewer;  // first: if it is missing, nothing needs to be computed
+    std::optional<viewer_page> viewer;  // read first, to report a missing viewer before the conversion
     if (!names.html.empty()) viewer.emplace(a.viewer);
     const std::vector<std::byte> element = a.embed ? read_element(a.viewer) : std::vector<std::byte>();
     clock.begin("reading files");
@@ -160,8 +161,8 @@ void run(const arguments& a, output_files& files) {
     print_files(a, names, files.uses_standard_output());
 }
 
-/// Adds options that print the manual page or a shell's completions. Their texts name the program's data relative to the
-/// program.
+/// Adds options that print the manual page or a shell's completions. In their texts, paths of the program's data are relative to
+/// the program.
 void describe_documents(CLI::App& app) {
     app.add_option_function<std::string>(
            "--generate",
@@ -210,8 +211,8 @@ int run_program(int count, char** values) {
 
 int main(int count, char** values) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes; returning them to the system in between would cost more time than the
-    // stages.
+    // Every stage allocates and frees tens of megabytes. Returning them to the system after each stage would take more time than
+    // the stages themselves.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

@@ -74,7 +74,7 @@ public:
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-        posix_spawnattr_t attributes;  // gives it the signals that a shell would give it
+        posix_spawnattr_t attributes;  // resets signals to what a shell would set
         posix_spawnattr_init(&attributes);
         sigset_t none, piped;
         sigemptyset(&none), sigemptyset(&piped);
@@ -110,8 +110,8 @@ public:
         }
     }
 
-    /// Waits for the program's end. Raises unavailable if it failed, mostly for lack of space; it has printed its own message
-    /// then.
+    /// Waits for the program's end. Raises unavailable if it failed, mostly for lack of disk space; it has printed a message
+    /// itself.
     void finish() {
         const int status = wait();
         if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)

@@ -97,7 +97,7 @@ inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size
 inline void check_video(const video_options& v, output_files& files) {
     if (!v.depth_map.empty()) {
         files.claim(v.depth_map);
-        check_ending(v.depth_map, {".png"}, "a gray picture of 16 bits, which is what is written");
+        check_ending(v.depth_map, {".png"}, "photo3d writes a gray picture of 16 bits");
     }
     if (v.output.empty()) return;
     for (const char* other : {".mov", ".mkv", ".avi", ".webm", ".m4v", ".png", ".jpg", ".apng"})
@@ -151,7 +151,7 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
             views.back().position = within_motion(views.back().position, camera, range, result.facts.motion);
         }
     }
-    // A path that leaves the photo's surroundings has no frame; the end of the surfaces then becomes visible.
+    // If hiding the end of the surfaces would crop frames to less than half, frames are not cropped, and the end becomes visible.
     const float frame = frame_within(views, camera, range, result.facts.margin > 0 ? result.facts.motion : 0.0F);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
     const float scale = std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(camera.width, camera.height)));

@@ -135,7 +135,7 @@ struct hit {
     std::int32_t object = -1;
 };
 
-/// False if the ray certainly misses the shape.
+/// Tests whether the ray meets a sphere around the shape. If not, it misses the shape.
 inline bool may_hit(const shape& s, const ray& r) {
     const vector3 to_center = s.place.origin - r.origin;
     const double along_ray = dot(to_center, r.direction), squared = dot(r.direction, r.direction);

@@ -61,13 +61,13 @@ const assets = {
     "inpainting.halves": splitHalves(await readFile(join(models, "farbrausch.safetensors"))),
     "viewer.html": Buffer.from(viewerPage),
 };
-/** Replaces the converter on pages with threads, which only a server can allow. */
+/** Files that replace the converter on pages where threads are allowed. Only a server can allow them. */
 const assetsOfThreads = {
     "converter_threads.js": await minify("converter_threads.js"),
     "converter_threads.worker.js": await minify("converter_threads.worker.js"),
     "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
 };
-/** Loaded with the first HEIC photo, and only from the folder, because these files would enlarge the page by a ninth. */
+/** Files that the page loads for the first HEIC photo. Only the folder has them: they would enlarge the one-file page by a ninth. */
 const assetsOfHeic = {
     "heic.js": Buffer.concat([await minify("heic.js"), Buffer.from("\n"), Buffer.from(await bundleFile("heic.js"))]),
     "heic.wasm": await readFile(join(built, "heic.wasm")),

@@ -1,7 +1,8 @@
-// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
-// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
-// in the headers below. Call these functions to run some stages only, or to insert your own.
+// Converts a photo to a 3D photo: calls all stages of the paper in its order. Stages beyond the paper sharpen depth edges
+// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add texture to hidden
+// surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
+// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run some stages
+// only, or to insert your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -41,10 +42,10 @@ struct basic_photo3d {
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
-    /// Number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped: a surface stretches across
-    /// each. 0 for photographs.
+    /// Number of pixel sides in silhouettes that were dropped because of curve_options::max_density or max_sides. The mesh
+    /// connects the front and the back surface across these sides. 0 for photographs.
     std::size_t dropped_sides = 0;
-    /// The motion is below expand_options::motion if expand_options::iterations or max_hidden bounded the hidden surfaces.
+    /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
     chart_set charts;
@@ -55,7 +56,7 @@ using photo3d = basic_photo3d<>;
 
 /// Colors the hidden surfaces, then restores the colors of the rims.
 ///
-/// rims       from lift_photo()
+/// rims       lifted_photo::rims of these layers
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
@@ -70,7 +71,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 ///
 /// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  as for inpaint_hidden()
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 ///
 /// Raises the errors of the stages.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
@@ -110,15 +111,16 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// Converts a photo to a 3D photo.
 ///
 /// photo           H x W x 3, at least one pixel
-/// estimator       for the photo's depth
-/// decider         for the sides of pixels beside silhouettes, such as aligned_silhouettes
+/// estimator       source of the photo's depth
+/// decider         decides whether pixels beside a silhouette belong to the front or the back surface, such as
+///                 aligned_silhouettes
 /// own             columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the
 ///                 vertices
 /// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
 ///                 texture
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md has the peaks.
+/// bench/photo3d/README.md lists measured peaks.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
           executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
@@ -126,16 +128,20 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
+/// Converts a photo, H x W x 3 with at least one pixel, to a 3D photo without columns of the caller. `estimator` is the source of
+/// its depth, `decider` decides whether pixels beside a silhouette belong to the front or the back surface, and `inpainter`
+/// colors the hidden surfaces. Raises the errors of the stages.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// Converts a photo to a 3D photo; aligned_silhouettes decides the sides of pixels beside silhouettes.
+/// Converts a photo to a 3D photo. aligned_silhouettes decides whether pixels beside a silhouette belong to the front or the back
+/// surface.
 ///
 /// photo      H x W x 3, at least one pixel
-/// estimator  for the photo's depth
+/// estimator  source of the photo's depth
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 ///
@@ -146,6 +152,8 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    Executor&& threads = {}) {
     return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
+/// Converts a photo, H x W x 3 with at least one pixel, to a 3D photo without columns of the caller. `estimator` is the source of
+/// its depth, and `inpainter` colors the hidden surfaces. Raises the errors of the stages.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}) {

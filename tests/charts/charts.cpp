@@ -94,7 +94,7 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
     CHECK(std::count(uses.begin(), uses.end(), 1) == static_cast<std::ptrdiff_t>(g.size()));
 }
 
-/// Counts pixels with another surface of their own chart straight ahead, within the filter's range.
+/// Counts pairs of pixels of one chart, in one row or column and within the filter's range, that belong to different surfaces.
 std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set,
                            const chart_options& options, surface_rule rule = {}) {
     const float threshold = 2 * rule.max_step + 1e-6F;
@@ -268,7 +268,7 @@ TEST_CASE("charts of rings get smaller boxes if the boxes have more than the max
     const chart_set small = make_charts(layer, {}, options);
     CHECK(area(small) <= options.max_area);
     check_partition(layer.topology(), small, options);
-    options.max_area = 1;  // out of reach
+    options.max_area = 1;  // cannot be reached
     const chart_set smallest = make_charts(layer, {}, options);
     options.max_side = 64;
     check_partition(layer.topology(), smallest, options);
@@ -279,7 +279,7 @@ TEST_CASE("charts of difficult maps are grown at most three times, and twice if 
     for (const std::string_view name : hard_maps)
         for (const std::size_t unit : {1U, 6U, 30U}) {
             CAPTURE(name, unit);
-            CHECK(growths_of(name, unit, 4) <= 3);  // the default for a photo of 12 megapixels
+            CHECK(growths_of(name, unit, 4) <= 3);  // 4 is the default for a photo of 12 megapixels
             CHECK(growths_of(name, unit, 2) <= 3);
             CHECK(growths_of(name, unit, 0) == 2);
         }

@@ -135,7 +135,7 @@ TEST_CASE("edges that two charts share have the same vertex positions, bit for b
             return std::abs(camera_of(c).project(position)[axis] - limit) < 1e-3F;
         };
         for (const auto& [directed, count] : edges) {
-            const std::pair<point, point>& edge = directed;  // clang 14 captures no structured binding
+            const std::pair<point, point>& edge = directed;  // clang 14 cannot capture structured bindings
             REQUIRE(count == 1);
             if (edges.count({edge.second, edge.first}) == 1) {
                 ++shared;

@@ -98,7 +98,7 @@ def test_errors_survive_pickling(kind):
 
 
 def run_limited(code, more_bytes):
-    """Runs code in a process with a limit of memory beyond the package's own."""
+    """Runs code in a process with `more_bytes` of memory beyond what the loaded package uses."""
     code = f"""
 import resource, sys
 import numpy as np, ldi

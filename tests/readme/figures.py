@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares files, options, defaults, sizes and numbers on the pages with the project.
 
-    figures.py PHOTO3D      the built program; without it, only what can be compared without
+    figures.py PHOTO3D      the built program; without it, options and sizes of its output are not compared
 """
 
 import json
@@ -29,7 +29,7 @@ def read(path):
 
 
 def found(pattern, text, what, page="README.md"):
-    """Returns the groups of a pattern's only match in a page; fails if the page no longer has exactly one."""
+    """Returns the groups of a pattern's first match in a page. Records a fault if there is none."""
     match = re.search(pattern, re.sub(r"\s+", " ", text))
     check(match, f"{page}: no {what} as in '{pattern}'")
     return match.groups() if match else None
@@ -79,7 +79,7 @@ if both:
     check(near(float(both[0]), sum(weights.values()) / 1e6, 0.02), f"README.md: the networks have {sum(weights.values())} bytes, not {both[0]} MB")
 one = found(r"our depth network, ([\d.]+) MB", readme, "size of the depth network")
 if one:
-    check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: the depth network is not of {one[0]} MB")
+    check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: the depth network does not have {one[0]} MB")
 words = ["Nine", "Ten", "Eleven", "Twelve", "Thirteen"]
 lessons = len(list((ROOT / "examples/learn").glob("[0-9]*.cpp")))
 for page in ("README.md", "examples/learn/README.md"):

@@ -4,7 +4,7 @@
     python3 prepare.py ... --real --pairs RGBD --pairs RGBD
 
 Writes two crops per composite: one with degraded true disparity, one with the depth network's estimate. With --real, cuts the crops from
-unchanged photographs: true depth or object masks label the pixels a few pixels away from silhouettes, where these are reliable.
+unchanged photographs: true depth or object masks label pixels a few pixels away from silhouettes, where depth and masks are reliable.
 DATA/NNNNN.npy holds CROPS x 10 x SIDE x SIDE bytes: the network's input (band.py, 8 bits), alpha, and the state of the label
 (composites.py).
 """
@@ -57,7 +57,7 @@ def crops_of(rng, x, alpha, state, wrong):
 
 
 def coarser(rng, estimated):
-    """Returns the estimate with fewer samples, like that of a larger photo."""
+    """Shrinks the estimate, so that the photo has more pixels per sample, like a larger photo."""
     shrink = rng.uniform(1.2, 3.5)
     size = (max(8, round(estimated.shape[1] / shrink)), max(8, round(estimated.shape[0] / shrink)))
     return cv2.resize(estimated, size, interpolation=cv2.INTER_AREA)

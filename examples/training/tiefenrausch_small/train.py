@@ -2,8 +2,8 @@
 
     python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite | --weights FILE.safetensors [--watch FOLDER]
 
-Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: a second start with the same FOLDER resumes
-the training. Create a file in FOLDER to control it:
+Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: the same command resumes an interrupted
+training. To control a training, create one of these files in FOLDER:
 
     stop    saves and ends. Delete the file and start again to resume.
     hours   contains a number: the schedule's processor hours, instead of --hours; may change at any time
@@ -37,7 +37,7 @@ STAGES = (
     (1.00, 4 * 288 * 384, data.WHOLE),
 )
 QUANTIZED_FROM = 0.80  # share of the schedule in floating point, before 8 bits
-LAST = 0.70  # share of the schedule to which `finish` jumps
+LAST = 0.70  # `finish` jumps to this share of the schedule
 
 
 def rate_at(progress):
@@ -170,7 +170,9 @@ class Schedule:
             return None
 
     def progress(self, seconds, reached):
-        """reached  the last returned value, after a restart"""
+        """Returns the progress after `seconds` of processor time.
+
+        reached  progress so far, including that of an interrupted run which this one resumes"""
         hours = self.read("hours", self.hours) or self.hours
         progress = min(1.0, seconds / (3600 * hours))
         minutes = self.read("finish", 30.0)
@@ -262,7 +264,7 @@ def main():
                 if new:
                     log.write("\t".join(columns) + "\n")
                 log.write("\t".join(f"{v:.6g}" for v in columns.values()) + "\n")
-            # wall-clock minutes, at the previous rate of processor time
+            # wall-clock minutes, if processor time keeps passing as fast as it has since the start
             left = (run.seconds / progress - run.seconds) * (time.time() - started) / (run.seconds - before) / 60 if progress > 0 else math.nan
             print(f"{time.strftime('%H:%M:%S')} step {run.step} ({100 * progress:.1f} %, {pace:.2f} steps/s, {left:.0f} min left)  "
                   + "  ".join(f"{n} {v:.4f}" for n, v in means.items()) + f"  held out: error {error:.4f}, gradient {difference:.4f}  watched: "

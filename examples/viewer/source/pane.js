@@ -30,7 +30,7 @@ export class Pane {
         return { x: this.covered.x / zoom, y: this.covered.y / zoom };
     }
 
-    /** Keeps the frame's edges outside the canvas. */
+    /** Limits a magnification and a position so that the canvas shows nothing beyond the frame's edges. */
     limited({ zoom, x, y }) {
         const magnified = clamp(zoom, 1, maxZoom);
         const half = this.half({ zoom: magnified });

@@ -31,13 +31,14 @@ struct chart_options {
     /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
-    /// such as rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
+    /// like rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once and at most
-/// six times, if their boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
+/// error_code::invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
+/// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 18 bytes per pixel
+/// and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));

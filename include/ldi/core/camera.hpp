@@ -61,7 +61,8 @@ struct depth_range {
     /// end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // the maximum is length (r - 1) / (r + 1), r^2 = a / b
+        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger divided by the smaller inverse depth.
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
     }
 };
 

@@ -108,8 +108,8 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is
-        // highest - span.
+        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Disparity 0 corresponds to the
+        // source's value highest - span.
         const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};

@@ -27,7 +27,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The caller's own values at each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
+/// Values that the caller attaches to each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
 struct vertex_attribute {
     /// Attribute name in the form that glTF requires of custom attributes: an underscore, then capital letters, digits and
     /// underscores.
@@ -41,15 +41,15 @@ struct glb_options {
     std::optional<pinhole_camera> camera;
     /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
-    /// of the camera is written as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. If
+    /// `camera` is present, its focal length is written as well, as `focal_length_35mm`.
     depth_range range = {};
     /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
-    /// `motion`: a viewer may show the whole photo.
+    /// `motion`. It tells viewers that they need not hide the photo's border behind a smaller frame.
     bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
-    /// Additional vertex attributes with distinct names. Soft edges have none.
+    /// Additional vertex attributes with distinct names. The vertices of soft edges have no such attributes.
     buffer<vertex_attribute> attributes = {};
     /// Whether viewers draw the back sides of triangles. Back sides are visible only far from the photo's viewpoint, where they
     /// cover holes.
@@ -63,10 +63,10 @@ struct glb_options {
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
-/// Raises mismatch if the number of textures is not the number of parts, or if columns differ in length; invalid_data if the
-/// mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a
-/// texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond
-/// 4 GB.
+/// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
+/// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
+/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates
+/// vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -152,7 +152,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Adds the data for which glTF has no field as the scene's extras. Adds nothing if there is no such data.
+/// Adds the scene's extras: data for which glTF has no field. Adds nothing if there is no such data.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {

@@ -64,7 +64,7 @@ std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, st
     return sum;
 }
 
-/// Filters each row with the filter that minimizes the sum. The number of the filter precedes the row.
+/// Filters each row with the filter that minimizes the sum of absolute differences. The number of the filter precedes the row.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
@@ -90,7 +90,7 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
 /// occur have length 0.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
-        std::size_t count, symbol;  // leaves only
+        std::size_t count, symbol;  // only leaves have a symbol
         std::size_t parent;
     };
     std::array<node, 2 * symbols> nodes;
@@ -99,7 +99,8 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Like the sorted leaves, inner nodes are created in ascending order of their counts.
+    // Like the sorted leaves, inner nodes are created in ascending order of their counts, so the smallest remaining node is
+    // either the next leaf or the next inner node.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -180,7 +181,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
+    writer.put(0b101, 3);  // the last block; it defines its Huffman codes
     // The block states 257 code lengths, and the length of one distance code, which is unused. Each length is written as a
     // number of 4 bits, because the code for lengths assigns 4 bits to every symbol except 16, 17 and 18, which are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
@@ -225,7 +226,7 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     std::memcpy(file.data(), signature.data(), signature.size());
     append_chunk(file, "IHDR", [&] {
         const std::size_t begin = file.size();
-        file.resize(begin + 13);  // the last three bytes are 0: the only compression, the only filter method, not interlaced
+        file.resize(begin + 13);  // the last three bytes stay 0: compression method 0, filter method 0, not interlaced
         put_big_endian(file.data() + begin, picture.width());
         put_big_endian(file.data() + begin + 4, picture.height());
         file[begin + 8] = std::byte{8};                                                            // bit depth

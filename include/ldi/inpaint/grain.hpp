@@ -32,7 +32,8 @@ struct grain_options {
     /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
     /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// Maximum standard deviation that counts as noise, in gray levels of 255: stronger detail is an edge.
+    /// Maximum standard deviation that counts as noise, in gray levels, 0 to 255. Stronger detail is an edge, and is limited to
+    /// this value.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -77,7 +78,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // in pixels, tuned by experiment: wider than the blur of lens and JPEG, but narrower than small objects
+    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: farther than lens and JPEG blur
+    // a silhouette, but less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {

@@ -84,7 +84,7 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // approximate distance from a source at which its blur and its taps read cells
+    static constexpr int margin = 3;  // width of the margin in steps: cells that blur and taps of sources read
 
     texture_options options_;
     texture_cells cells_;

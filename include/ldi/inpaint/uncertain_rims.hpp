@@ -1,7 +1,8 @@
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
-// samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are true
-// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces are colored. restore_rims() then restores the pixels that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are inaccurate by up
+// to a few samples, so such traces remain on the background beside them, and inpainting would continue them. Most pixels there
+// are visible and have the background's own color, so refilling all of them would blur the photo. Instead, mark_uncertain_rims()
+// makes them unknown while hidden surfaces are colored. restore_rims() then restores the pixels that show no trace of the surface
+// in front.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -52,9 +53,9 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
-/// them that could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in the
-/// order of the pixels, and sets rim_column.
+/// Marks the known background pixels within `width` pixels of silhouettes as unknown. Pixels stay known if no pixel farther from
+/// the silhouette could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in
+/// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
@@ -72,7 +73,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // Pixels that unmix_colors() changed at the silhouette are already unknown. The margin starts behind them.
+    // unmix_colors() may have marked pixels at the silhouette as unknown. mark_margin() would not pass them, so all pixels count
+    // as known while it runs.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -91,8 +93,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 }
 
 /// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
-/// contains more than an eighth of the foreground stay inpainted. This share is measured on the line from the inpainted color,
-/// which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+/// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
+/// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 ///
 /// layers  on the photo's lattice
 /// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if it lacks a pixel that

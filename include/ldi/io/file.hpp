@@ -54,7 +54,7 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
     std::ifstream file(path, std::ios::binary);
     if (!file) raise_system_error(errno, path, "a readable file");
 
-    // The reported size saves copies, but only bytes actually read count: pipes and growing files have no reliable size.
+    // Reserves the reported size, which saves copies, but reads until the end: pipes and growing files report no reliable size.
     constexpr std::size_t chunk = std::size_t{1} << 16;
     const auto too_large = [&] {
         raise(error_code::too_large, path.string(), "at most " + std::to_string(max_bytes) + " bytes", "more");

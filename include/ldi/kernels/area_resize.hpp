@@ -1,6 +1,6 @@
-// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. The mean
-// runs horizontally, then vertically, and is rounded half to even. The input of the published depth network was made in this
-// order.
+// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. Pixels
+// are averaged horizontally, then vertically, and the mean is rounded half to even. The input of the published depth network was
+// made in this order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -29,10 +29,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Finds the pixel of a chart that touches a corner of the lattice.
+/// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
 class pixel_finder {
 public:
-    /// chart_of  chart_set::chart_of
+    /// chart_of  chart of each pixel (chart_set::chart_of)
     pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
         : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 
@@ -62,7 +62,7 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: pixel of the last chart shown there
+    buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
 };
 
 /// Lifts the vertices of all charts and appends the charts to one mesh.
@@ -177,8 +177,8 @@ visible_surfaces find_visible(const Layers& layers) {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
-///         silhouettes are soft if there is a matte column
+/// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
+///         its inverse depth. Edges along silhouettes are soft if there is a matte column
 /// facts   camera, margin, range and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -186,8 +186,8 @@ visible_surfaces find_visible(const Layers& layers) {
 /// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and the
-/// number of edges that cross one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
+/// with many edges across one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {

@@ -27,13 +27,13 @@ struct corner_pixels {
     std::size_t count = 0;
 };
 
-/// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
-/// `pixel` does not touch the corner, there are none.
+/// Collects the pixels that share the corner (x, y): first `pixel` itself, then those that links around the corner connect to it.
+/// The result is empty if `pixel` does not touch the corner.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
     const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
-    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also for positions that are not numbers
+    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // true for NaN, too
     add(pixel);
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);

@@ -89,7 +89,7 @@ public:
         return result;
     }
 
-    /// Calls visit(to, name as written, value) for the members of the object at the start of the text.
+    /// Calls visit(to, name, value) for the members of the object at the start of the text. Names include quotes and escapes.
     void walk_object(int depth, json_visitor visit, void* to) {
         names seen;
         enter(depth);

@@ -1,8 +1,8 @@
-// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
-// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
-// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
-// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
-// to its own estimate.
+// Estimates the nearer surface's share in the colors beside a silhouette from these colors, unless the share is known. Each pixel
+// searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
+// (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
+// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a
+// pixel is pulled to its own estimate.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct mixture {
     float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate in the diffusion; each neighbor has weight 1
 };
 
 /// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
@@ -57,7 +57,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 }
 
 /// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
-/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
+/// distinguishable, confidence is 0. alpha is then the known share, or else 1 in front and 0 behind.
 class local_matte {
 public:
     /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
@@ -89,15 +89,15 @@ public:
     }
 
 private:
-    /// A pixel uses the samples at its nearest silhouette side, and at the nearest sides of pixels this far away along rows and
-    /// columns.
+    /// A pixel uses the samples at its nearest silhouette side. It also uses those at the nearest sides of the four pixels at
+    /// this distance, in pixels, along its row and column.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages in between may have moved a
-    /// silhouette.
+    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages that ran after the share
+    /// was determined may have moved a silhouette.
     bool has_share(const silhouette_band::place& p) const {
         const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
         return share != 0 && (share >= 128) == p.in_front;

@@ -1,5 +1,5 @@
 // The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
-// same surfaces. They are a small part of a photo's pixels, so they get their own numbers.
+// same surfaces. They are a small part of a photo's pixels, so they are numbered separately, as cells.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -25,7 +25,7 @@ struct texture_cells {
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
     buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
-    buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
+    buffer<std::int32_t> above, below;             ///< per cell: the linked cell there, or the cell itself
     buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 
     std::int32_t count() const { return pixel.count(); }
@@ -80,7 +80,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// Returns for each cell the cell two links away.
+/// Returns for each cell the cell two steps away along `links`.
 inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
     buffer<std::int32_t> result(links.size(), unset);
     for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];

@@ -1,4 +1,4 @@
-// Budget of one input file (io/picture_limits.hpp). Every decoder charges it before it allocates.
+// Budget of one input file (io/picture_limits.hpp). Every decoder charges the budget before it allocates memory.
 #pragma once
 
 #include <ldi/base/error.hpp>

@@ -26,7 +26,7 @@ struct color_profile {
 
 struct stored_photo {
     decoded_picture<std::uint8_t> picture;
-    unsigned orientation = 1;                ///< of EXIF, 1 to 8; 1 is upright
+    unsigned orientation = 1;                ///< 1 to 8, as in EXIF; 1 is upright
     std::optional<float> focal_length_35mm;  ///< in millimeters
     color_profile profile;
 };

@@ -16,8 +16,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns the body of a chunk of a RIFF file; empty if there is no chunk of that name. Sizes are little-endian and padded to
-/// even numbers.
+/// Returns the body of a chunk of a RIFF file; empty if there is no chunk of that name. Sizes are little-endian, and chunks are
+/// padded to even sizes.
 inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
     for (std::size_t at = 12; at + 8 <= bytes.size();) {
         std::size_t size = 0;

@@ -29,7 +29,9 @@ struct gemm_term {
     std::uint32_t first_input = 0;
     int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    std::uint8_t load[max_weights] = {};    ///< half of the weights in each 16-bit sum: outputs x 2 x (positive, negative)
+    /// Two loads per 16-bit sum: the absolute sums of its positive and of its negative weights, halved and rounded up. Shape:
+    /// outputs x 2 sums x 2 loads.
+    std::uint8_t load[max_weights] = {};
 
     /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
@@ -76,7 +78,7 @@ struct paired_terms {
     std::size_t pairs = 0;
 
     explicit paired_terms(const buffer<gemm_term>& terms) {
-        buffer<const gemm_term*> rest, singles;  // sorted by descending weight
+        buffer<const gemm_term*> rest, singles;  // sorted by descending `heaviest`
         for (const gemm_term& term : terms) rest.push_back(&term);
         stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {

@@ -24,9 +24,9 @@ struct farbrausch_level {
 
     buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< convolution from the pixels read on this level to those read on the next level
-    convolution_plan decode;             ///< convolution from the pixels read on this level to those decoded
-    buffer<std::int32_t> decoded_above;  ///< per pixel read: row of its parent among the next level's decoded pixels, or no_pixel
+    convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
+    convolution_plan decode;             ///< decoder's convolution, to the decoded pixels of this level
+    buffer<std::int32_t> decoded_above;  ///< per pixel read: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
 /// Plans all levels, from the finest to the coarsest.
@@ -69,8 +69,8 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // Traces the encoder in reverse order, from the coarsest level to the finest. The decoder and the next encoder stage read
-    // the results of each stage.
+    // Traces the encoder in reverse order, from the coarsest level to the finest. Both the decoder and the next encoder stage
+    // read the result of an encoder stage.
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];

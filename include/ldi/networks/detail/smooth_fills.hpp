@@ -1,5 +1,6 @@
-// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
-// layered image. examples/training/farbrausch/README.md explains the steps.
+// Computes the smooth colors that the inpainting network starts from, with pyramids of masked 3 x 3 averages along the links of a
+// layered image. The fill continues the known colors smoothly into unknown pixels. The tone is the average color of a wide
+// neighborhood; the network reads colors relative to it. examples/training/farbrausch/README.md explains the steps.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -120,8 +121,8 @@ private:
         }
     }
 
-    /// Averages each pixel's window once. A pixel of the window counts with the color of its parent, or with its own known
-    /// color if the parent has none.
+    /// Averages each pixel's window once. Each pixel of the window contributes the color of its parent, or its own known color
+    /// if the parent has none.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -178,9 +179,9 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Pixels that have no color on any level get one last. They exist where few links connect a surface to the rest, because
-    /// coarser levels may cut these links. Waves run along links from colored pixels, and each pixel becomes the average of its
-    /// colored neighbors.
+    /// Last, colors pixels that have no color on any level. Such pixels exist where few links connect a surface to the rest,
+    /// because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link per pass:
+    /// each pixel becomes the average of its colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });

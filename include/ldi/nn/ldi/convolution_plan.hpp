@@ -1,6 +1,6 @@
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
 // where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
-// silhouettes. A plan depends only on the graph and the kernel size; all layers of a level share it.
+// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,7 +28,7 @@ struct convolution_plan {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;     ///< pixels of the graph
     std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
-    buffer<segment> segments;        ///< ascending
+    buffer<segment> segments;        ///< in ascending order of outputs
     buffer<std::int32_t> rows;       ///< segments x kernel_size
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel

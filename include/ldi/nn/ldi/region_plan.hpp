@@ -1,5 +1,5 @@
-// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: a window contains every pixel
-// of the region inside its k x k square. Positions outside the region count as missing.
+// Plans convolutions on a region of a single image. Windows ignore links: a window contains every pixel of the region inside
+// its k x k square. Positions outside the region count as missing.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -70,7 +70,7 @@ public:
     }
 
 private:
-    /// Returns the first output whose center is at or after a column.
+    /// Returns the column of the first output whose window has its center at or after an input column.
     std::int32_t output_from(std::int32_t column) const { return (column + plan_.stride - 1) / plan_.stride; }
 
     std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {

@@ -20,6 +20,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
+/// continues beneath it for a few pixels, so that no camera sees a gap. This continuation is a "dive".
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -89,7 +91,8 @@ public:
     }
 
 private:
-    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
+    // Growth is measured from the center of a pixel at the silhouette to the far edge of the last pixel that is at least partly
+    // uncovered. It therefore exceeds the parallax by up to three half pixels.
     static constexpr float half_pixels = 1.5F;
     // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
     // disparities on either side by a few hundredths.
@@ -111,8 +114,9 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free to
-        // be linked, if one exists. The new pixel inherits its origin from the neighbor whose surface may still grow farthest.
+        // As in the paper, the disparity of the new pixel is the average over its neighbors. Its neighbor on each side is the
+        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits its origin from the neighbor
+        // whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -148,8 +152,8 @@ private:
     enum class meeting { none, ends, goes_beneath };
 
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
-    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
-    // camera can see into the gap between them.
+    // surface already has a neighbor on that side, this surface ends there, or dives for as many pixels as a camera can see into
+    // the gap between them.
     meeting meet_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
@@ -168,15 +172,15 @@ private:
     }
 
     // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
-    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
-    // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
-    // closes the gap.
+    // threshold of the photo's surface but cannot be linked to it dives, for as many pixels as a camera can see into the gap:
+    // otherwise there would be a hole between the two. The dive stops at another hidden surface, which also closes the gap.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
         return false;
     }
-    // Whether the surface behind a curve may join a pixel: one of the photo, or behind the same curve, unless curves merge.
+    // Whether the surface behind a curve may join a pixel. It may join any pixel if curves merge, and otherwise only pixels of
+    // the photo and hidden pixels behind the same curve.
     bool may_meet(std::size_t curve, std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
@@ -213,7 +217,8 @@ private:
         return best;
     }
 
-    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the disparity of the nearest front pixel along a curve. Considers only the part of the curve from which the hidden
+    // surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -232,9 +237,10 @@ private:
         return reach;
     }
 
-    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
-    // cannot cross it. It is as long as the surface grows at that end: a surface that grows farther from elsewhere may pass it.
-    // It starts 2 pixels before the curve's end, a value tuned by experiment.
+    // Whether the center of (x, y) lies on the constraint at one of the curve's ends, a line so wide that a step of one pixel
+    // cannot cross it. The line leads from the curve's end behind the front surface. It is as long as the surface grows at that
+    // end: a surface that grows farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the
+    // curve, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -252,13 +258,13 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
+    buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;     // maximum length in pixels of a surface's continuation beneath another
+    std::int32_t max_dive_ = 0;     // maximum length of a dive in pixels
     buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
-    buffer<std::int32_t> dives_;    // per hidden pixel: length of its surface's continuation beneath another so far
+    buffer<std::int32_t> dives_;    // per hidden pixel: length of the dive up to this pixel; 0 outside dives
 };
 
 }}}  // namespace ldi::detail

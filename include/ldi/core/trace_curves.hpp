@@ -2,9 +2,9 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/core/discontinuity.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/surface.hpp>
-#include <ldi/depth/discontinuity.hpp>
 
 #include <array>
 #include <cstddef>
@@ -13,7 +13,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
-// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
+// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each direction in which a discontinuity leaves the
+// corner.
 class corner_map {
 public:
     corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
@@ -176,7 +177,7 @@ private:
         }
     }
 
-    // Returns the two pixels on either side of the lattice edge that leaves `corner`.
+    // Returns the two pixels that share the pixel side from `corner` to the next corner in direction `towards`.
     discontinuity discontinuity_between(std::int32_t corner, side towards) const {
         const bool vertical = towards == side::up || towards == side::down;
         const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
