@@ -142,10 +142,10 @@ void add_layered_images() {
                        });
     });
     add("core/single_layer/check order and add a column", [](benchmark::State& state) {
-        measure_change(state, size_text(width, height), {.bytes = (8.0 + 4) * width * height}, grid_layers(),
+        measure_change(state, size_text(width, height), {.bytes = (8.0 + 1) * width * height}, grid_layers(),
                        [](ldi::photo_layers& layers) {
                            ldi::single_layer one(std::move(layers));
-                           ldi::buffer<std::int32_t> rims(one.size(), 0);
+                           ldi::buffer<std::uint8_t> rims(one.size());
                            return std::move(one).with<ldi::rim_column>(std::move(rims)).size();
                        });
     });

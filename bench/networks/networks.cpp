@@ -146,7 +146,7 @@ void add_inpainting() {
             return ldi::detail::smooth_filler(sample_graph(), layers.column<ldi::color_column>(),
                                               layers.column<ldi::known_column>(), levels, network.architecture().growth,
                                               one_thread)
-                .run();
+                .run(ldi::detail::farbrausch_input<float>{});
         });
     });
 }

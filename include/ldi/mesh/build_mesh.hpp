@@ -78,16 +78,13 @@ inline void check_facts(const photo_facts& facts) {
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    template <class Layers>
-    mesh_assembler(const Layers& layers, const photo_facts& facts, const chart_set& charts, const flat_mesh& flat,
-                   const texture_atlas& atlas)
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
-          first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology(), layers.template column<disparity_column>(), charts.chart_of) {
+          first_coordinate_(flat.outlines.corners.size(), -1) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -97,14 +94,14 @@ public:
         mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
     }
 
-    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
-        finder_.show(shape);
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place, pixel_finder& finder) {
+        finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
         const auto add_rest = [&](const outline_corner& corner) {
             mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
             mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
-            mesh_.pixels.push_back(finder_.find(corner.x, corner.y, corner.disparity));
+            mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
         };
         for (std::int32_t id : source.outline) {
             add_outline_position(id);
@@ -166,7 +163,6 @@ private:
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
-    pixel_finder finder_;
     textured_mesh mesh_;
 };
 
@@ -228,8 +224,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, facts, charts, flat, atlas);
-    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
+    detail::mesh_assembler assembler(facts, flat, atlas);
+    {
+        detail::pixel_finder finder(g, layers.template column<disparity_column>(), charts.chart_of);
+        for (std::size_t c = 0; c < flat.charts.size(); ++c)
+            assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
+    }
     if constexpr (has_column<Layers, matte_column>)
         if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();

@@ -111,7 +111,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.facts = {
         {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
     photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
-    buffer<std::int32_t> no_rims(layer.size(), 0);
+    buffer<std::uint8_t> no_rims(layer.size());
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);

@@ -22,7 +22,7 @@ struct farbrausch_level {
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
     convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
     convolution_plan decode;             ///< decoder's convolution, to the decoded pixels of this level
@@ -89,7 +89,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
+    levels[0].read = std::move(read.pixels), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
 }
 
