@@ -12035,56 +12035,6 @@ void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/networks/detail/network_input.hpp
-// Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// The network's input, one row per pixel that it reads.
-struct network_input {
-    buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< per row: 0 for a missing color, otherwise 1; empty: all 1
-};
-
-/// Scales known colors to [0, 1] and masks unknown colors.
-inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
-                                  const pixel_subset& read) {
-    network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
-    for (std::size_t row = 0; row < read.size(); ++row) {
-        const std::size_t pixel = static_cast<std::size_t>(read.pixels[row]);
-        if (known[pixel] == 0) continue;
-        input.mask[row] = 1;
-        for (std::size_t c = 0; c < 3; ++c) input.values[3 * row + c] = nearest_float(colors[3 * pixel + c]) / 255.0F;
-    }
-    return input;
-}
-
-/// Result of a layer.
-template <class Value>
-struct masked_map {
-    basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
-
-    /// The map must outlive the view and keep its size.
-    basic_feature_view<Value> view() const {
-        basic_feature_view<Value> result = map;
-        result.mask = mask;
-        return result;
-    }
-
-    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
-    /// size.
-    ///
-    /// rows  row of each pixel's parent, or no_pixel
-    basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = upsample(map, rows);
-        result.mask = mask;
-        return result;
-    }
-};
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/networks/detail/network_tensors.hpp
 // Reads values and quantizations from the tensors of a weight file.
 
@@ -12203,12 +12153,15 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts the network's input to the values that its first convolution reads.
+/// Converts a float of the network's input to the value that its first convolution reads.
 template <class Value>
 struct farbrausch_input;
 
 template <>
-struct farbrausch_input<float> {};
+struct farbrausch_input<float> {
+    float zero() const { return 0.0F; }
+    float operator()(float value) const { return value; }
+};
 
 template <>
 struct farbrausch_input<std::uint8_t> {
@@ -12220,20 +12173,6 @@ struct farbrausch_input<std::uint8_t> {
         return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
     }
 };
-
-template <class Value>
-masked_map<Value> converted(network_input input, std::size_t channels, const farbrausch_input<Value>& convert) {
-    masked_map<Value> result;
-    if constexpr (std::is_same_v<Value, float>) {
-        result.map.channels = channels;
-        result.map.values = std::move(input.values);
-    } else {
-        result.map = {input.values.size() / channels, channels, convert.zero()};
-        std::transform(input.values.begin(), input.values.end(), result.map.values.begin(), convert);
-    }
-    result.mask = std::move(input.mask);
-    return result;
-}
 
 /// One encoder and one decoder convolution per level.
 template <class Weights>
@@ -12363,7 +12302,7 @@ struct farbrausch_level {
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
     convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
     convolution_plan decode;             ///< decoder's convolution, to the decoded pixels of this level
@@ -12430,8 +12369,57 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
+    levels[0].read = std::move(read.pixels), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/networks/detail/network_input.hpp
+// Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Input of the network or result of a layer.
+template <class Value>
+struct masked_map {
+    basic_feature_map<Value> map;
+    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
+
+    /// The map must outlive the view and keep its size.
+    basic_feature_view<Value> view() const {
+        basic_feature_view<Value> result = map;
+        result.mask = mask;
+        return result;
+    }
+
+    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
+    /// size.
+    ///
+    /// rows  row of each pixel's parent, or no_pixel
+    basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
+        basic_feature_view<Value> result = upsample(map, rows);
+        result.mask = mask;
+        return result;
+    }
+};
+
+/// Returns the input of a network that masks unknown colors: known colors, scaled to [0, 1].
+///
+/// read     pixels that the network reads
+/// convert  converts floats to the input's values
+template <class Convert>
+auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, std::span<const std::int32_t> read,
+                  const Convert& convert) {
+    masked_map<decltype(convert(0.0F))> input{{read.size(), 3, convert.zero()}, buffer<std::uint8_t>(read.size())};
+    for (std::size_t row = 0; row < read.size(); ++row) {
+        const std::size_t pixel = static_cast<std::size_t>(read[row]);
+        input.mask[row] = known[pixel] != 0 ? 1 : 0;
+        for (std::size_t c = 0; c < 3; ++c)
+            input.map.values[3 * row + c] =
+                known[pixel] != 0 ? convert(nearest_float(colors[3 * pixel + c]) / 255.0F) : input.map.zero;
+    }
+    return input;
 }
 
 }}}  // namespace ldi::detail
@@ -12456,7 +12444,6 @@ public:
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
     float* at(std::int32_t i) { return values_.data() + first_value(i); }
-    buffer<float> release() { return std::move(values_); }
 
 private:
     static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }
@@ -12527,9 +12514,32 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input, and the fill that the network corrects.
+template <class Value>
 struct smooth_fills {
-    buffer<float> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
+    buffer<Value> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
+};
+
+/// Numbers the unknown pixels from 0, in a quarter of the memory of an index per pixel.
+class unknown_numbers {
+public:
+    explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
+        std::int32_t before = 0;
+        for (std::int32_t pixel = 0; pixel < known.count(); ++pixel) {
+            if (pixel % block == 0) first_.push_back(before);
+            before += known[pixel] == 0 ? 1 : 0;
+        }
+    }
+    std::int32_t operator()(std::int32_t pixel) const noexcept {
+        std::int32_t number = first_[pixel / block];
+        for (std::int32_t p = pixel - pixel % block; p < pixel; ++p) number += known_[p] == 0 ? 1 : 0;
+        return number;
+    }
+
+private:
+    static constexpr std::int32_t block = 4;
+    array_view<const std::uint8_t> known_;
+    buffer<std::int32_t> first_;  // per block of pixels: number of its first unknown pixel
 };
 
 template <executor Executor>
@@ -12541,7 +12551,9 @@ public:
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
-    smooth_fills run() {
+    /// convert  converts floats to values of the input
+    template <class Convert>
+    auto run(const Convert& convert) {
         const std::size_t depth = levels_.size() - 1;
         buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
@@ -12562,9 +12574,9 @@ public:
             fill = from_above(fill, levels_[i].above, known[i]);
             spread(fill, levels_[i].average, known[i], 2 << i);
             tone = average_from_above(tone, i, known[i]);
-            known[i] = {};
+            known[i] = {}, levels_[i].average = {}, levels_[i].above = {};
         }
-        return finest(fill, tone);
+        return finest(std::move(fill), tone, convert);
     }
 
 private:
@@ -12590,20 +12602,14 @@ private:
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
-    }
-
-    /// Replaces the colors at `places` by the averages of their windows, `passes` times.
-    ///
-    /// windows  the windows of `places`, in the same order
-    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
-        masked_colors next(places.size());
+        const convolution_plan unknown_windows = restrict_and_renumber(windows, unknown);
+        masked_colors next(unknown.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
+                unknown_windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
                 [&](std::int32_t output, masked_color c) noexcept { next.set(output, c); });
-            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
-                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            parallel_for(threads_, unknown.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(unknown[i], next[static_cast<std::int32_t>(i)]);
             });
         }
     }
@@ -12632,50 +12638,60 @@ private:
     }
 
     /// Computes level 0 at the pixels that the network reads.
-    smooth_fills finest(const masked_colors& fill_above, const masked_colors& tone_above) {
+    template <class Convert>
+    auto finest(masked_colors fill_above, const masked_colors& tone_above, const Convert& convert) {
         const farbrausch_level& level = levels_[0];
-        const pixel_subset& read = level.read;
-        masked_colors fill(read.size());
-        buffer<std::int32_t> unknown, rows;
-        for (std::int32_t row = 0; row < fill.count(); ++row) {
-            const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
-            fill.set(row, base_color(pixel, fill_above));
-        }
-        convolution_plan windows = restrict_and_renumber(level.average, unknown);
-        renumber_inputs(windows, read);
-        spread_at(fill, windows, rows, 2);
-        color_along_links(fill, fill_above);
-        smooth_fills result;
+        const unknown_numbers number(known_);
+        const masked_colors unknown = unknown_colors(number, fill_above);
+        fill_above = {};
+        const auto color = [&](std::int32_t pixel) noexcept {
+            if (known_[pixel] != 0) return photo(pixel);
+            const std::int32_t i = number(pixel);
+            return unknown.has(i) ? unknown[i] : mean();
+        };
+        smooth_fills<decltype(convert(0.0F))> result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded[d]];
-            const masked_color color = fill.has(row) ? fill[row] : mean();
-            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
+            const masked_color at = color(level.decoded[d]);
+            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = at[c];
         }
+        result.input.resize(lanes::wide * level.read.size(), unset);
         average_windows(
-            restrict_to(level.average, read.pixels), threads_,
+            restrict_and_renumber(level.average, level.read), threads_,
             [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
-            [&](std::int32_t pixel, masked_color tone) noexcept {
-                const std::int32_t row = read.row_of[pixel];
-                const masked_color color = fill.has(row) ? fill[row] : mean();
-                masked_color relative = color - (tone[3] != 0.0F ? tone : color);
+            [&](std::int32_t row, masked_color tone) noexcept {
+                const std::int32_t pixel = level.read[row];
+                const masked_color here = color(pixel);
+                masked_color relative = here - (tone[3] != 0.0F ? tone : here);
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
-                fill.set(row, relative);
+                auto* const to = result.input.data() + lanes::wide * static_cast<std::size_t>(row);
+                for (std::size_t c = 0; c < lanes::wide; ++c) to[c] = convert(relative[c]);
             });
-        result.input = fill.release();
         return result;
     }
 
-    /// Colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface to the
-    /// rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link per
-    /// pass: each pixel becomes the average of its colored neighbors.
-    void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
-        for (std::int32_t row = 0; row < fill.count(); ++row) {
-            if (fill.has(row)) continue;
+    /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
+    ///
+    /// Last, colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface
+    /// to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link
+    /// per pass: each pixel becomes the average of its colored neighbors.
+    masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
+        buffer<std::int32_t> unknown;
+        for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
+        const convolution_plan windows = restrict_and_renumber(levels_[0].average, unknown);
+        masked_colors once(unknown.size()), twice(unknown.size());
+        average_windows(
+            windows, threads_, [&](std::int32_t p) noexcept { return base_color(p, fill_above); },
+            [&](std::int32_t i, masked_color c) noexcept { once.set(i, c); });
+        average_windows(
+            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[number(p)]; },
+            [&](std::int32_t i, masked_color c) noexcept { twice.set(i, c); });
+        for (std::int32_t i = 0; i < twice.count(); ++i) {
+            if (twice.has(i)) continue;
             if (alone_.empty()) run_waves(fill_above);
-            fill.set(row, base_color(levels_[0].read.pixels[row], fill_above));
+            twice.set(i, base_color(unknown[i], fill_above));
         }
+        return twice;
     }
 
     /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
@@ -12805,8 +12821,9 @@ private:
 
     /// Runs all layers. Returns the output of the last layer, one row per pixel of `levels[0].decoded`.
     template <class Weights, executor Executor, class Report>
-    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
-                             buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers,
+                             detail::masked_map<typename Weights::value_type> input, buffer<detail::farbrausch_level>& levels,
+                             Executor& threads, Report&& report) const;
 
     inpainting_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_u8_weights>> layers_;
@@ -12830,34 +12847,37 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
-    detail::network_input input;
     buffer<float> fill;  // base color that the network's output is added to
-    if (architecture_.missing == missing_colors::masked) {
-        input = detail::masked_input(color, known, levels[0].read);
-    } else {
-        detail::smooth_fills fills =
-            detail::smooth_filler(layers.topology(), color, known, levels, architecture_.growth, threads).run();
-        input.values = std::move(fills.input);
-        fill = std::move(fills.fill);
-    }
-    for (detail::farbrausch_level& level : levels) {
-        level.average = level.average_coarse = {};
-        level.above = {}, level.read = {};
-    }
-
-    // Progress advances by the same step for each layer, although the fine levels cost most of the time.
-    float done = 0.2F;
-    const float step = (1.0F - done) / detail::nearest_float(2 * depth());
-    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
-    report();
-    buffer<float> result = std::visit(
-        [&](const auto& packed) { return this->run_layers(packed, std::move(input), levels, threads, report); }, layers_);
+    const auto run = [&]<class Weights>(const detail::farbrausch_convolutions<Weights>& packed) {
+        detail::masked_map<typename Weights::value_type> input;
+        if (architecture_.missing == missing_colors::masked) {
+            input = detail::masked_input(color, known, levels[0].read, packed.input);
+        } else {
+            detail::smooth_filler filler(layers.topology(), color, known, levels, architecture_.growth, threads);
+            auto fills = filler.run(packed.input);
+            input.map.channels = architecture_.inputs(0), input.map.zero = packed.input.zero();
+            input.map.values = std::move(fills.input);
+            fill = std::move(fills.fill);
+        }
+        for (detail::farbrausch_level& level : levels) {
+            level.average = level.average_coarse = {};
+            level.above = {}, level.read = {};
+        }
+        // Progress advances by the same step for each layer, although the fine levels cost most of the time.
+        float done = 0.2F;
+        const float step = (1.0F - done) / detail::nearest_float(2 * this->depth());
+        const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
+        report();
+        return this->run_layers(packed, std::move(input), levels, threads, report);
+    };
+    buffer<float> result = std::visit(run, layers_);
     for (std::size_t v = 0; v < fill.size(); ++v) result[v] += fill[v];
     return result;
 }
 
 template <class Weights, executor Executor, class Report>
-buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
+buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers,
+                                     detail::masked_map<typename Weights::value_type> input,
                                      buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_feature_view<value_type>;
@@ -12871,7 +12891,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
         return result;
     };
     buffer<features> encoded(depth() + 1);
-    encoded[0] = detail::converted(std::move(input), architecture_.inputs(0), layers.input);
+    encoded[0] = std::move(input);
     for (std::size_t i = 0; i < depth(); ++i) {
         const source sources[] = {encoded[i].view()};
         encoded[i + 1] = layer(levels[i].encode, layers.encoder[i], sources);
@@ -18354,14 +18374,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
+    std::int32_t position;              ///< of the pixel on the photo's lattice, row-major
     std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
     std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
 };
 
-/// 0, or 1 + the pixel's index in the result of mark_uncertain_rims().
+/// 1 for a pixel that mark_uncertain_rims() marked, otherwise 0.
 struct rim_column {
-    using scalar = std::int32_t;
+    using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
@@ -18384,7 +18405,7 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 /// Marks the known background pixels within `width` pixels of silhouettes as unknown. Pixels stay known if no pixel farther from
 /// the silhouette could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in
-/// the order of the pixels, and sets rim_column to refer to it.
+/// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
@@ -18393,8 +18414,8 @@ template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
     buffer<uncertain_rim> rims;
-    const auto rim_of = layers.template column<rim_column>();
-    std::fill(rim_of.begin(), rim_of.end(), 0);
+    const auto is_rim = layers.template column<rim_column>();
+    std::fill(is_rim.begin(), is_rim.end(), std::uint8_t{0});
     if (width <= 0) return rims;
     const graph& g = layers.topology();
     const auto known = layers.template column<known_column>();
@@ -18413,8 +18434,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
             // A pixel of a narrow surface between two others may be in front at its nearest silhouette.
-            rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
-            rim_of[i] = rims.count();
+            rims.push_back({i, {color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
+            is_rim[i] = 1;
         }
         known[i] = known[i] != 0 ? before[i] : std::uint8_t{0};
     }
@@ -18425,21 +18446,29 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
 /// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 ///
-/// rims  result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if rim_column refers to an
-///       index outside of it
+/// layers  on the photo's lattice
+/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if it lacks a pixel that
+///         rim_column marks
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
-    const auto rim_of = layers.template column<rim_column>();
-    for (const std::int32_t rim : rim_of)
-        if (rim < 0 || static_cast<std::size_t>(rim) > rims.size())
+    struct rim_pixel {
+        std::int32_t pixel;
+        const uncertain_rim* rim;
+    };
+    buffer<rim_pixel> marked;
+    detail::for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
+        const auto position = static_cast<std::int32_t>(layers.topology().position_of(i));
+        const auto rim =
+            std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
+        if (rim == rims.end() || rim->position != position)
             raise(error_code::mismatch, "restore_rims", "rims of these layers", std::to_string(rims.size()) + " others");
-    for (std::int32_t i = 0; i < rim_of.count(); ++i) {
-        if (rim_of[i] == 0) continue;
-        const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];
-        std::uint8_t* const color = layers.template at<color_column>(i).data();
-        if (rim.is_distinguishable && detail::share_of_way(rim.color.data(), color, rim.foreground.data()) > 0.125F) continue;
-        layers.template column<known_column>()[i] = 1;
-        std::copy_n(rim.color.data(), 3, color);
+        marked.push_back({i, &*rim});
+    });
+    for (const auto& [pixel, rim] : marked) {
+        std::uint8_t* const color = layers.template at<color_column>(pixel).data();
+        if (rim->is_distinguishable && detail::share_of_way(rim->color.data(), color, rim->foreground.data()) > 0.125F) continue;
+        layers.template column<known_column>()[pixel] = 1;
+        std::copy_n(rim->color.data(), 3, color);
     }
 }
 
@@ -22162,16 +22191,13 @@ inline void check_facts(const photo_facts& facts) {
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    template <class Layers>
-    mesh_assembler(const Layers& layers, const photo_facts& facts, const chart_set& charts, const flat_mesh& flat,
-                   const texture_atlas& atlas)
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
-          first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology(), layers.template column<disparity_column>(), charts.chart_of) {
+          first_coordinate_(flat.outlines.corners.size(), -1) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -22181,14 +22207,14 @@ public:
         mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
     }
 
-    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
-        finder_.show(shape);
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place, pixel_finder& finder) {
+        finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
         const auto add_rest = [&](const outline_corner& corner) {
             mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
             mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
-            mesh_.pixels.push_back(finder_.find(corner.x, corner.y, corner.disparity));
+            mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
         };
         for (std::int32_t id : source.outline) {
             add_outline_position(id);
@@ -22250,7 +22276,6 @@ private:
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
-    pixel_finder finder_;
     textured_mesh mesh_;
 };
 
@@ -22312,8 +22337,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, facts, charts, flat, atlas);
-    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
+    detail::mesh_assembler assembler(facts, flat, atlas);
+    {
+        detail::pixel_finder finder(g, layers.template column<disparity_column>(), charts.chart_of);
+        for (std::size_t c = 0; c < flat.charts.size(); ++c)
+            assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
+    }
     if constexpr (has_column<Layers, matte_column>)
         if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();
@@ -26453,7 +26482,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.facts = {
         {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
     photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
-    buffer<std::int32_t> no_rims(layer.size(), 0);
+    buffer<std::uint8_t> no_rims(layer.size());
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
