@@ -1,10 +1,10 @@
-// Inpaints with the library, for evaluate.py: reads pictures with holes from the standard input until its end, and writes each filled
-// picture to the standard output.
+// Inpaints with the library, for evaluate.py: reads pictures with holes from the standard input until its end, and writes each
+// filled picture to the standard output.
 //
 //   inpaint WEIGHTS.safetensors
 //
-// Input per picture: height, width (int32); height x width x 3 bytes, red first; height x width bytes with the labels of masks.py: 0
-// known, 1 hole, 2 does not exist. Output per picture: height x width x 3 bytes; pixels that do not exist are black.
+// Input per picture: height, width (int32); height x width x 3 bytes, red first; height x width bytes with the labels of
+// masks.py: 0 known, 1 hole, 2 does not exist. Output per picture: height x width x 3 bytes; pixels that do not exist are black.
 
 #include <ldi/inpaint/texture_transfer.hpp>
 #include <ldi/io/farbrausch_file.hpp>
