@@ -65,7 +65,7 @@ inline void describe_compression(CLI::App& app, compression_choice& c) {
     app.add_option("--compressed-texture", c.texture,
                    "texture format of a compressed GLB: webp, a quarter smaller at the same quality, for viewers that support "
                    "EXT_texture_webp; jpeg; or both, for all of these viewers")
-        ->check(CLI::IsMember({"webp", "jpeg", "both"}))
+        ->check(one_of({"webp", "jpeg", "both"}))
         ->needs(compress)
         ->capture_default_str();
 }
@@ -122,7 +122,7 @@ inline void describe_depth(CLI::App& app, arguments& a) {
                a.depth_map.kind = name == "meters" ? depth_map_kind::meters : depth_map_kind::disparity;
            },
            "meaning of the map's values: disparity (nearness, the default) or distance in meters")
-        ->check(CLI::IsMember({"disparity", "meters"}))
+        ->check(one_of({"disparity", "meters"}))
         ->needs(depth);
     app.add_option("--depth-scale", a.depth_map.scale, "factor of the map's values, 0.001 for millimeters")
         ->type_name("NUMBER")
@@ -169,7 +169,7 @@ inline void describe_geometry(CLI::App& app, arguments& a) {
            "--frame", [&a](const std::string& name) { a.frame = name == "crop" ? photo_frame::crop : photo_frame::grow; },
            "frame of pages, videos and stereo pictures: grow (the default) shows the whole photo and continues its surfaces "
            "past the border; crop hides the border, which limits sideways motion of the view to 5.1 % of the short side")
-        ->check(CLI::IsMember({"crop", "grow"}));
+        ->check(one_of({"crop", "grow"}));
 }
 
 /// Adds the options of silhouettes, of colors for hidden surfaces, and of the paper's settings.
@@ -185,11 +185,11 @@ inline void describe_look(CLI::App& app, arguments& a) {
         ->type_name("FILE");
     app.add_option("--inpaint", a.inpaint,
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
-        ->check(CLI::IsMember({"diffusion", "network"}));
+        ->check(one_of({"diffusion", "network"}));
     app.add_option("--arithmetic", a.arithmetic,
                    "number format of the inpainting network: float32, or int8 (faster; colors have a PSNR of 50 dB to those of "
                    "float32); default: int8 if the weight file also has value ranges for 8 bits, as the included file does")
-        ->check(CLI::IsMember({"float32", "int8"}));
+        ->check(one_of({"float32", "int8"}));
     app.add_option("--texture", a.texture,
                    "strength of texture on inpainted pixels, copied from similar places of the same surface; 0 for none")
         ->type_name("NUMBER")
@@ -205,7 +205,7 @@ inline void describe_look(CLI::App& app, arguments& a) {
     app.add_option_function<std::string>(
            "--preset", [&a](const std::string& name) { a.is_paper = name == "paper"; },
            "paper: use the paper's numbers and omit the stages that ldi adds; other options still apply")
-        ->check(CLI::IsMember({"default", "paper"}));
+        ->check(one_of({"default", "paper"}));
 }
 
 /// Adds the options of a run over many photos, and --embed, which excludes such a run.

@@ -21,6 +21,15 @@ inline std::vector<const CLI::Option*> all_options(const CLI::App& app) {
     return options;
 }
 
+/// Lists all options, those of a group together; groups are in the order of their first options.
+inline std::vector<const CLI::Option*> options_by_group(const CLI::App& app) {
+    std::vector<const CLI::Option*> options;
+    for (const std::string& group : app.get_groups())
+        for (const CLI::Option* option : all_options(app))
+            if (option->get_group() == group) options.push_back(option);
+    return options;
+}
+
 /// Escapes text for troff.
 inline std::string roff(std::string_view text) {
     std::string result;
@@ -34,10 +43,12 @@ inline std::string roff(std::string_view text) {
 
 inline std::string manual(const CLI::App& app, const std::string& version) {
     std::string page =
-        ".TH PHOTO3D 1 \"\" \"photo3d " + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
+        ".TH PHOTO3D 1 \"\" \"" + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
         "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.IR PHOTO ...\n.RI [ OPTION ...]\n.SH DESCRIPTION\n" +
         roff(app.get_description()) + "\n.SH OPTIONS\n";
-    for (const CLI::Option* option : all_options(app)) {
+    std::string group;
+    for (const CLI::Option* option : options_by_group(app)) {
+        if (option->get_group() != group) page += ".SS " + roff(group = option->get_group()) + "\n";
         page += ".TP\n";
         if (option->get_positional() && names_of(*option).empty()) {
             page += ".I " + roff(option->get_name(true)) + "\n";

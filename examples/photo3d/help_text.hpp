@@ -20,7 +20,7 @@ inline std::string joined(const std::vector<std::string>& words, const char* bet
 
 inline bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
-/// Lists the accepted words of an option, from CLI11's name for its check: {a,b}. Empty if other values are accepted.
+/// Lists the accepted words of an option, from the description of one_of(): {a,b}. Empty if other values are accepted.
 inline std::vector<std::string> words_of(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     const std::size_t first = type.find('{'), last = type.find('}');
@@ -86,7 +86,13 @@ public:
                "\n\nExamples:\n"
                "  photo3d photo.jpg                               write photo.glb and photo.html beside the photo\n"
                "  photo3d photo.jpg --depth map.png -o out.glb    use a depth map, and write only out.glb\n"
-               "  photo3d --batch photos/ -o out/                 convert all photos of a folder\n";
+               "  photo3d --batch photos/ -o out/                 convert all photos of a folder\n\n";
+    }
+
+    std::string make_group(std::string group, bool is_positional, std::vector<const CLI::Option*> options) const override {
+        std::string text = group + ":\n";
+        for (const CLI::Option* option : options) text += make_option(option, is_positional);
+        return text + (is_positional ? "\n" : "");
     }
 
     std::string make_option(const CLI::Option* option, bool is_positional) const override {

@@ -5,9 +5,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 namespace ldi::examples {
 
@@ -37,6 +40,20 @@ inline CLI::Validator full_or_between(double minimum, double maximum) {
                 return failure.empty() ? failure : "expected full or " + failure.substr(std::string("expected ").size());
             },
             "full or " + number.get_description(), "full_or_between"};
+}
+
+/// Accepts one of several words.
+inline CLI::Validator one_of(const std::vector<std::string>& words) {
+    std::string listed, separated;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        listed += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
+        separated += (i == 0 ? "" : ",") + words[i];
+    }
+    return {[=](const std::string& given) {
+                const bool is_known = std::find(words.begin(), words.end(), given) != words.end();
+                return is_known ? std::string() : "expected " + listed + ", found " + (given.empty() ? "an empty text" : given);
+            },
+            "{" + separated + "}", "one_of"};
 }
 
 /// Accepts any name except the empty text, which scripts produce from unset variables.

@@ -175,7 +175,7 @@ void describe_documents(CLI::App& app) {
                throw CLI::CallForVersion(document(described, program_version, kind), 0);
            },
            "print the manual page (man), or what a shell completes (bash, zsh, fish), and exit")
-        ->check(CLI::IsMember({"man", "bash", "zsh", "fish"}));
+        ->check(one_of({"man", "bash", "zsh", "fish"}));
 }
 
 int run_program(int count, char** values) {
@@ -192,12 +192,11 @@ int run_program(int count, char** values) {
         apply_preset(app, a);
     } catch (const CLI::Success& e) {
         return app.exit(e);  // --help, --version, --generate
-    } catch (const CLI::RequiredError& e) {
-        say(std::string(e.what()) + "; usage: " + usage_text + " (photo3d --help lists all options)");
-        return exit_usage;
     } catch (const CLI::ParseError& e) {
-        const std::string unknown = unknown_option(app, count, values);
-        say((unknown.empty() ? e.what() : unknown) + " (photo3d --help lists all options)");
+        const bool lacks_photo = e.get_name() == "RequiredError";
+        std::string text = unknown_option(app, count, values);
+        if (text.empty()) text = e.what() + (lacks_photo ? std::string("; usage: ") + usage_text : std::string());
+        say(text + " (photo3d --help lists all options)");
         return exit_usage;
     }
     if (a.batch) return run_batch(a, data);

@@ -74,7 +74,7 @@ inline void describe_video(CLI::App& app, video_options& v) {
         ->check(between(16, 8192))
         ->needs(video);
     app.add_option("--stereo", v.stereo, "stereo video: side-by-side, or anaglyph for red-cyan glasses")
-        ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
+        ->check(one_of({"none", "side-by-side", "anaglyph"}))
         ->needs(video);
 }
 

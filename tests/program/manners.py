@@ -9,6 +9,7 @@ import base64
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import stat
@@ -104,7 +105,7 @@ def first_words():
     version = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True)
     check("the version", version.returncode == DONE and version.stdout.startswith("photo3d ") and version.stdout.count(".") == 2)
     help_text = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout
-    options = {word.rstrip(",") for word in help_text.replace(",", " ").split() if word.startswith("--") and len(word) > 2}
+    options = set(re.findall(r"--[a-z][a-z0-9-]+", help_text))
     for kind, lines in (("man", (".TH PHOTO3D 1", ".SH EXIT STATUS")), ("bash", ("complete ",)), ("zsh", ("#compdef photo3d",)), ("fish", ("complete -c photo3d",))):
         text = subprocess.run([PROGRAM, "--generate", kind], capture_output=True, text=True).stdout
         plain = text.replace("\\-", "-").replace(" -l ", " --")
@@ -147,7 +148,8 @@ def names():
             ("a field of view that is no number", ["me.png", "--fov", "nan"], ["--fov"]),
             ("another kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
             ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
-            ("no photo", [], ["PHOTO"]),
+            ("no photo", [], ["PHOTO is required", "usage: photo3d"]),
+            ("an unknown word for an option", ["me.png", "--frame", "large"], ["--frame", "expected crop or grow, found large"]),
             ("an unknown option", ["me.png", "--hlep"], ["unknown option --hlep", "--help"]),
             ("another unknown option", ["--ouptut=a.glb"], ["unknown option --ouptut", "--output"]),
             ("another kind of model", ["me.png", "-o", "a.obj"], ["a.obj", ".glb"]),
