@@ -2,10 +2,10 @@
 //
 //   latency [ROUNDS] < NETWORKS.json > MILLISECONDS.json
 //
-// Input: {"name": {"height": H, "width": W, "channels": C, "operators": [[kind, first input, second input, kernel, stride or factor,
-// outputs], ...]}, ...}; kinds as in nn/dense/quantized_weights.hpp. Output: {"isa": name, "milliseconds": {"name": time, ...}}. Each of
-// the ROUNDS rounds (default 5) measures every network once. A network's result is the minimum of its processor times, because other
-// programs can only add to them.
+// Input: {"name": {"height": H, "width": W, "channels": C, "operators": [[kind, first input, second input, kernel, stride or
+// factor, outputs], ...]}, ...}; kinds as in nn/dense/quantized_weights.hpp. Output: {"isa": name, "milliseconds": {"name": time,
+// ...}}. Each of the ROUNDS rounds (default 5) measures every network once. A network's result is the minimum of its processor
+// times, because other programs can only add to them.
 
 #include <ldi/base/executor.hpp>
 #include <ldi/nn/dense/quantized_network.hpp>
