@@ -96,11 +96,14 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     const auto length = [](int side) { return static_cast<std::size_t>((std::max)(side, 0)); };
     // At most 24 bytes per pixel (heif_items.hpp), and the stacks of libheif's threads.
     constexpr std::size_t per_pixel = 24, for_threads = 64'000'000;
-    require_memory(
-        per_pixel * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads,
-        where);
+    const std::size_t needed =
+        per_pixel * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads;
+    require_memory(needed, where);
     heif_image* pixels = nullptr;
-    check_heif(heif_decode_image(handle, &pixels, space, chroma, options.get()), where);
+    const heif_error said = heif_decode_image(handle, &pixels, space, chroma, options.get());
+    // Decoders report a lack of memory like a damaged file. If memory is scarce, assumes a lack of memory.
+    if (said.code == heif_error_Decoder_plugin_error) require_memory(2 * needed, where);
+    check_heif(said, where);
     return heif_pixels(pixels);
 }
 
