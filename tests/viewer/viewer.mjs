@@ -615,7 +615,7 @@ await test("a message names a file that can't be shown, and the photo stays", op
     const before = await picture(page);
     await drop(page, "notes.txt", Buffer.from("hello, this is no model"));
     await page.locator("#message").waitFor();
-    assert.match(await page.locator("#message").innerText(), /notes\.txt can't be shown.*no GLB/);
+    assert.match(await page.locator("#message").innerText(), /notes\.txt can't be shown.*not a GLB/);
     await drop(page, "cut.glb", glb.subarray(0, 5000));
     await page.locator("#message", { hasText: "cut.glb can't be shown. It is cut off." }).waitFor();
     await page.evaluate(() => document.querySelector("photo-3d").report(""));
