@@ -1,5 +1,5 @@
-// Converts the published depth network to a weight file in the format of export.py (include/ldi/nn/dense/quantized_weights.hpp), for the
-// Python programs beside it.
+// Converts the published depth network to a weight file in the format of export.py (include/ldi/nn/dense/quantized_weights.hpp),
+// for the Python programs beside it.
 //
 //   convert FOLDER_OF_THE_PUBLISHED_NETWORK FILE.safetensors
 
@@ -23,8 +23,8 @@
 
 namespace {
 
-/// Collects the tensors of a weight file, in the order of the calls of add(). Writes values in this machine's byte order; the format
-/// requires little-endian, which all supported machines have.
+/// Collects the tensors of a weight file, in the order of the calls of add(). Writes values in this machine's byte order; the
+/// format requires little-endian, which all supported machines have.
 class weight_file {
 public:
     template <class Scalar>

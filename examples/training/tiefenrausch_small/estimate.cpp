@@ -1,12 +1,12 @@
-// Runs a depth network with the library, for the Python programs beside it: reads photos from the standard input until its end, and
-// writes their disparity to the standard output.
+// Runs a depth network with the library, for the Python programs beside it: reads photos from the standard input until its end,
+// and writes their disparity to the standard output.
 //
 //   estimate FOLDER_OF_THE_PUBLISHED_NETWORK
 //   estimate STUDENT.safetensors
 //
-// Input per photo: height, width, whether to resize the photo for the network (int32; if 0, both sides are multiples of 32); height x
-// width x 3 bytes. Output per photo: height, width (int32); the network's raw output (height x width bytes; if the library runs the
-// network at two sizes, at the larger one); disparity (height x width float32).
+// Input per photo: height, width, whether to resize the photo for the network (int32; if 0, both sides are multiples of 32);
+// height x width x 3 bytes. Output per photo: height, width (int32); the network's raw output (height x width bytes; if the
+// library runs the network at two sizes, at the larger one); disparity (height x width float32).
 
 #include <ldi/io/tiefenrausch_file.hpp>
 

@@ -2,8 +2,8 @@
 //
 //   scenes PHOTOS COUNT FOLDER
 //
-// PHOTOS is a folder of photographs. Writes COUNT pictures FOLDER/scene_N.jpg, their depth scene_N_depth.png (16 bits: 1 + 65534 *
-// depth of the nearest pixel / depth), and manifest.json, which prepare.py --depth reads.
+// PHOTOS is a folder of photographs. Writes COUNT pictures FOLDER/scene_N.jpg, their depth scene_N_depth.png (16 bits: 1 + 65534
+// * depth of the nearest pixel / depth), and manifest.json, which prepare.py --depth reads.
 
 #include <examples/scenes/scene.hpp>
 
