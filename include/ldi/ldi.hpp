@@ -13,6 +13,7 @@
 #include <ldi/base/memory.hpp>
 #include <ldi/base/named_tensors.hpp>
 #include <ldi/base/progress.hpp>
+#include <ldi/base/utf8.hpp>
 
 #include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>

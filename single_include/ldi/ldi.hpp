@@ -890,6 +890,31 @@ struct progress_listener {
 
 }}  // namespace ldi
 
+// ---- ldi/base/utf8.hpp
+// Recognizes characters of text in UTF-8 (RFC 3629).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
+/// in its shortest form, for example because it is empty. Surrogates are no characters.
+inline std::size_t utf8_length(std::string_view text) {
+    if (text.empty()) return 0;
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
+    };
+    const unsigned lead = byte(0);
+    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+    if (lead == 0xED) good = good && byte(1) < 0xA0;
+    if (lead == 0xF0) good = good && byte(1) >= 0x90;
+    if (lead == 0xF4) good = good && byte(1) < 0x90;
+    return good ? 1 + more : 0;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/base/numbers.hpp
 // Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
 // machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
@@ -24124,23 +24149,6 @@ inline std::uint32_t hexadecimal_value(char c) {
     return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
 }
 
-/// Returns the length in bytes of the first character of a text, or 0 if the text does not begin with a UTF-8 character in its
-/// shortest form (RFC 3629). Surrogates are no characters.
-inline std::size_t utf8_length(std::string_view text) {
-    const auto byte = [&](std::size_t i) {
-        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
-    };
-    const unsigned lead = byte(0);
-    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-    if (lead == 0xED) good = good && byte(1) < 0xA0;
-    if (lead == 0xF0) good = good && byte(1) >= 0x90;
-    if (lead == 0xF4) good = good && byte(1) < 0x90;
-    return good ? 1 + more : 0;
-}
-
 /// Appends the decoded content of a checked string. `written` includes the quotes.
 inline void append_unescaped(std::string_view written, buffer<char>& to) {
     const auto code_at = [&](std::size_t i) {
@@ -25307,6 +25315,60 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 
 }}}}  // namespace ldi::detail::glb
 
+// ---- ldi/formats/detail/glb_writer.hpp
+// Writes the binary part of a GLB file: vertices, indices and textures in the order that formats/detail/glb_contents.hpp lays
+// out.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail::glb {
+
+/// Writes a file from front to back. Numbers are little-endian, as glTF requires.
+class writer {
+public:
+    explicit writer(std::byte* to) : to_(to) {}
+
+    template <std::unsigned_integral Integer>
+    void put(Integer value) {
+        for (std::size_t i = 0; i < sizeof value; ++i) *to_++ = static_cast<std::byte>(value >> (8 * i) & 255);
+    }
+    void put_bytes(const void* from, std::size_t count) {
+        if (count > 0) std::memcpy(to_, from, count);
+        to_ += count;
+    }
+    void put_padding(std::byte padding, std::size_t count) {
+        for (; count > 0; --count) *to_++ = padding;
+    }
+
+private:
+    std::byte* to_;
+};
+
+inline void put_floats(writer& to, std::span<const float> values) {
+    for (const float value : values) to.put(bits_of(value));
+}
+
+inline void put_geometry(writer& to, const geometry& g) {
+    put_floats(to, g.positions);
+    for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
+    for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
+    for (const own_attribute& a : g.own) put_floats(to, a.values);
+    for (const std::uint32_t i : g.triangles) {
+        if (g.has_short_indices())
+            to.put(static_cast<std::uint16_t>(i - g.first_vertex));
+        else
+            to.put(i - g.first_vertex);
+    }
+}
+
+inline void put_contents(writer& to, const contents& c) {
+    for (std::size_t i = 0; i < c.parts.size(); ++i) {
+        put_geometry(to, c.parts[i]);
+        to.put_padding(std::byte{0}, c.padding(i));
+    }
+    for (const std::span<const std::byte>& texture : c.textures) to.put_bytes(texture.data(), texture.size());
+}
+
+}}}  // namespace ldi::detail::glb
+
 // ---- ldi/formats/jpeg_png_header.hpp
 // Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
 // whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
@@ -25974,52 +26036,6 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     add_list(c.textures.size(), [&](std::size_t t) { json.add(R"({"sampler":0,"source":)", t, "}"); });
     json.add("]}");
     return json.text();
-}
-
-/// Writes a file from front to back. Numbers are little-endian, as glTF requires.
-class writer {
-public:
-    explicit writer(std::byte* to) : to_(to) {}
-
-    template <std::unsigned_integral Integer>
-    void put(Integer value) {
-        for (std::size_t i = 0; i < sizeof value; ++i) *to_++ = static_cast<std::byte>(value >> (8 * i) & 255);
-    }
-    void put_bytes(const void* from, std::size_t count) {
-        if (count > 0) std::memcpy(to_, from, count);
-        to_ += count;
-    }
-    void put_padding(std::byte padding, std::size_t count) {
-        for (; count > 0; --count) *to_++ = padding;
-    }
-
-private:
-    std::byte* to_;
-};
-
-inline void put_floats(writer& to, std::span<const float> values) {
-    for (const float value : values) to.put(bits_of(value));
-}
-
-inline void put_geometry(writer& to, const geometry& g) {
-    put_floats(to, g.positions);
-    for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
-    for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
-    for (const own_attribute& a : g.own) put_floats(to, a.values);
-    for (const std::uint32_t i : g.triangles) {
-        if (g.has_short_indices())
-            to.put(static_cast<std::uint16_t>(i - g.first_vertex));
-        else
-            to.put(i - g.first_vertex);
-    }
-}
-
-inline void put_contents(writer& to, const contents& c) {
-    for (std::size_t i = 0; i < c.parts.size(); ++i) {
-        put_geometry(to, c.parts[i]);
-        to.put_padding(std::byte{0}, c.padding(i));
-    }
-    for (const std::span<const std::byte>& texture : c.textures) to.put_bytes(texture.data(), texture.size());
 }
 
 }  // namespace detail::glb

@@ -1,5 +1,6 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
 
@@ -7,10 +8,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <utility>
 
 using namespace ldi;
+using ldi::testing::raised;
 using ldi::testing::random_layers;
 
 namespace {
@@ -48,17 +49,6 @@ indices explored(const graph_view& g, std::int32_t pixel, std::int32_t kernel_si
     indices window(static_cast<std::size_t>(kernel_size * kernel_size));
     gather_window(g, pixel, kernel_size, window);
     return window;
-}
-
-/// Returns the error that a call raises; nothing if it returns.
-template <class Call>
-std::optional<error_code> raised(Call&& call) {
-    try {
-        call();
-    } catch (const error& e) {
-        return e.code();
-    }
-    return std::nullopt;
 }
 
 indices random_subset(std::mt19937& random, std::size_t count) {

@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/base/utf8.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -32,23 +33,6 @@ inline std::uint32_t hexadecimal_value(char c) {
     if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
     if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
     return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
-}
-
-/// Returns the length in bytes of the first character of a text, or 0 if the text does not begin with a UTF-8 character in its
-/// shortest form (RFC 3629). Surrogates are no characters.
-inline std::size_t utf8_length(std::string_view text) {
-    const auto byte = [&](std::size_t i) {
-        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
-    };
-    const unsigned lead = byte(0);
-    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-    if (lead == 0xED) good = good && byte(1) < 0xA0;
-    if (lead == 0xF0) good = good && byte(1) >= 0x90;
-    if (lead == 0xF4) good = good && byte(1) < 0x90;
-    return good ? 1 + more : 0;
 }
 
 /// Appends the decoded content of a checked string. `written` includes the quotes.
