@@ -4,7 +4,8 @@
     table.py RESULTS.json                    all rows, to standard output
     table.py RESULTS.json --readme FILE.md   the rows that fit a page, between the markers of FILE.md
 
-Time is the median processor time of the repetitions. The table names the machine, the revision and the date."""
+Time is the median processor time of the repetitions, except for steps/, which are timed by the clock. The table names the machine, the
+revision and the date."""
 
 import json
 import re
@@ -14,14 +15,26 @@ from pathlib import Path
 BEGIN, END = "<!-- bench/run.sh: begin -->", "<!-- bench/run.sh: end -->"
 
 
+def zen(info):
+    """The generation of an AMD processor, which virtual machines omit from the name; empty text for others."""
+    if info.get("vendor_id") != "AuthenticAMD":
+        return ""
+    family, model = int(info["cpu family"]), int(info["model"])
+    if family == 26:
+        return ", Zen 5"
+    if family == 25:  # models 0 to 15, 32 to 95: Zen 3
+        return ", Zen 4" if model // 16 in (1, 6, 7, 10) else ", Zen 3"
+    return ""
+
+
 def processor():
-    """The processor's name, with family and model, since virtual machines shorten the name."""
+    """The processor's name, with generation, family and model."""
     try:
         info = dict(re.findall(r"^([^\t:]+)\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE))
     except OSError:
         info = {}
     name = info.get("model name", "unknown processor")
-    return f"{name} (family {info['cpu family']}, model {info['model']})" if "cpu family" in info else name
+    return f"{name}{zen(info)} (family {info['cpu family']}, model {info['model']})" if "cpu family" in info else name
 
 
 def median(values):
@@ -38,7 +51,8 @@ def read(path):
     rows = []
     for name, repeated in runs.items():
         row = dict(repeated[0])
-        row["time"] = median([r["real_time" if name.endswith("/manual_time") else "cpu_time"] for r in repeated])
+        times = [r["real_time" if name.endswith("/manual_time") else "cpu_time"] for r in repeated]
+        row["time"], row["spread"] = median(times), max(times) / min(times) - 1
         for rate in ("GMAC/s", "GB/s", "Mpixel/s", "share_of_peak"):
             if rate in row:
                 row[rate] = median([r[rate] for r in repeated])
@@ -56,6 +70,10 @@ def time_text(microseconds):
     for limit, unit, factor in ((1, "ns", 1e3), (1000, "µs", 1), (float("inf"), "ms", 1e-3)):
         if microseconds < limit:
             return f"{number(microseconds * factor)} {unit}"
+
+
+def spread_text(row):
+    return f"{100 * row['spread']:.0f} %" if row["runs"] > 1 else ""
 
 
 def rate_text(row):
@@ -79,8 +97,11 @@ def allocations_text(row):
 
 def heading(context, rows):
     peaks = [f"{name[5:]}: {float(value):.0f}" for name, value in context.items() if name.startswith("peak ")]
-    return (f"{processor()}, revision {context.get('revision', 'unknown')}, {context['date'][:10]}; processor time on one thread, medians of "
-            f"{max(r['runs'] for r in rows)} runs. Measured peaks: " + "; ".join(peaks) + ".")
+    build = f"{context['compiler'].strip()}, release preset" if "compiler" in context else "compiler unknown"
+    load = f", load {context['load_avg'][0]:.1f} at the start" if context.get("load_avg") else ""
+    return (f"{processor()}{load}; {build}; revision {context.get('revision', 'unknown')}, {context['date'][:10]}. Processor time on one thread "
+            f"(elapsed time for steps/), medians of {max(r['runs'] for r in rows)} runs; spread: how much the longest exceeds the "
+            "shortest. Measured peaks: " + "; ".join(peaks) + ".")
 
 
 def peer_text(row, rows):
@@ -94,10 +115,10 @@ def peer_text(row, rows):
 
 
 def table(rows):
-    lines = ["| benchmark | size | time | rate | share of peak | allocations |", "|---|---|---|---|---|---|"]
+    lines = ["| benchmark | size | time | spread | rate | share of peak | allocations |", "|---|---|---|---|---|---|---|"]
     for r in rows:
-        lines.append(f"| {r['name']} | {r.get('label', '')} | {time_text(r['time'])} | {rate_text(r) or peer_text(r, rows)} | "
-                     f"{share_text(r)} | {allocations_text(r)} |")
+        lines.append(f"| {r['name']} | {r.get('label', '')} | {time_text(r['time'])} | {spread_text(r)} | "
+                     f"{rate_text(r) or peer_text(r, rows)} | {share_text(r)} | {allocations_text(r)} |")
     return lines
 
 
@@ -118,7 +139,8 @@ def by_instruction_set(rows, sets):
     return lines
 
 
-# Rows omitted from the page: one kernel has its own table, others are variants or take microseconds.
+# Rows omitted from the page: kernels have their own table; steps and scaling laws are left to other pages; the rest are variants
+# or take microseconds.
 LEFT_OUT = re.compile("|".join((
     "^(steps|scaling|kernels)/", "read and pack",
     "^core/(layered_view|single_layer|link_editor|graph_builder|pixel_region|for_each_run|reordered|halved|parents|pixels_below)",

@@ -4,7 +4,7 @@
 # LDI_READERS  libraries to look for: a list of libheif (HEIC, AVIF), libwebp, libtiff (from 4.5), lcms2 (color profiles), pugixml (XMP),
 #              libjpeg (or libjpeg-turbo)
 
-set(LDI_READERS "libheif;libwebp;libtiff;lcms2;pugixml;libjpeg" CACHE STRING "Optional libraries that ldi::io reads pictures with, where found")
+set(LDI_READERS "libheif;libwebp;libtiff;lcms2;pugixml;libjpeg" CACHE STRING "Optional libraries that ldi::io uses if they are installed")
 
 set(ldi_header_of_libheif libheif/heif.h)
 set(ldi_header_of_libwebp webp/decode.h)
@@ -47,7 +47,7 @@ if(NOT TARGET ldi_readers::all)
             INTERFACE_COMPILE_DEFINITIONS LDI_WITH_${macro})
         target_link_libraries(ldi_readers::all INTERFACE ldi_readers::${reader})
     endforeach()
-    message(STATUS "ldi::io does more with: ${LdiReaders_NAMES}")
+    message(STATUS "Optional libraries of ldi::io: ${LdiReaders_NAMES}")
 endif()
 
 set(LdiReaders_FOUND TRUE)

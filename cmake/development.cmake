@@ -29,7 +29,7 @@ if(ldi_has_compression)
     target_compile_definitions(ldi_compression INTERFACE LDI_WITH_COMPRESSION)
 endif()
 
-# Each is needed by some tests, benchmarks and lessons.
+# Optional packages. Tests, benchmarks and lessons whose packages are missing are left out.
 find_package(Eigen3 CONFIG QUIET)
 find_package(xtensor QUIET)
 find_package(benchmark QUIET)

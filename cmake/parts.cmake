@@ -4,7 +4,7 @@
 #   ldi_has(RESULT PART NEED...)        NEED is TARGET=PACKAGE: a target that an earlier find_package() may have defined, and its package
 #                                       in Debian. Sets RESULT to true if all targets exist, else leaves PART out.
 
-set(LDI_REQUIRED "" CACHE STRING "Regular expression: parts that must not be left out; . for all of them")
+set(LDI_REQUIRED "" CACHE STRING "Regular expression that matches the parts that must not be left out; . matches all")
 
 function(ldi_leave_out part)
     list(JOIN ARGN ", " packages)

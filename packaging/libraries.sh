@@ -12,9 +12,9 @@ source "$top/scripts/requirements.sh"
 
 target=$1
 if [ "$target" = web ]; then
-    require "${needs_sources[@]}" "${needs_web[@]}" >&2
+    require "${needs_build[@]}" "${needs_sources[@]}" "${needs_web[@]}" >&2
 else
-    require "${needs_release[@]}" >&2
+    require "${needs_build[@]}" "${needs_release[@]}" >&2
 fi
 build=$top/build/libraries
 prefix=$build/$target
@@ -120,14 +120,14 @@ build_libde265() {
     [ "$target" != web ] || options+=(-DDISABLE_SSE=ON)
     with_cmake "$(source_of libde265)" "${options[@]}"
 }
-# Reads only HEIC; AVIF needs a second decoder.
+# Builds libheif for HEIC only; AVIF would need a second decoder.
 build_libheif() {
     local source tool options=(-DENABLE_PLUGIN_LOADING=OFF)
     source=$(source_of libheif) || return
     for tool in X265 DAV1D AOM_ENCODER AOM_DECODER SvtEnc RAV1E EXAMPLES; do options+=("-DWITH_$tool=OFF"); done
     if [ "$target" = web ]; then
         options+=(-DENABLE_MULTITHREADING_SUPPORT=OFF)
-        # For WebAssembly, libheif skips two of HEVC's filters and adds its JavaScript interface by default.
+        # By default, libheif for WebAssembly skips two of HEVC's filters and adds a JavaScript interface. The edits disable both.
         sed -i -e 's/^#if defined(__EMSCRIPTEN__)/#if 0/' -e '/de265_start_worker_threads/d' \
             "$source/libheif/heif.cc" "$source/libheif/plugins/heif_decoder_libde265.cc"
     fi

@@ -23,7 +23,7 @@ version=$(sed -n 's/^#define LDI_VERSION_[A-Z]* //p' include/ldi/version.hpp | p
 out=$top/out/release
 staging=$top/build/release_staging
 mkdir -p "$out" "$staging"
-# Makes archives of the same commit have the same bytes.
+# With this time, all archives of the same commit have the same bytes.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
 
@@ -91,7 +91,7 @@ make_windows() {
     local libraries name=photo3d-$version-windows-x86_64 folder
     require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_release[@]}" "${needs_windows[@]}" >&2
     libraries=$(packaging/libraries.sh windows zlib libpng lcms2 pugixml meshoptimizer libjpeg libwebp)
-    # Only headers, without this machine's C library.
+    # Links to the headers of these libraries alone, so that the cross compiler does not find this machine's C library.
     mkdir -p build/release_headers
     local library
     for library in stb CLI nlohmann protozero; do ln -sfn "/usr/include/$library" "build/release_headers/$library"; done

@@ -60,7 +60,7 @@ readonly needs_sources=("command dpkg-source;dpkg-dev" "command patch;patch")
 readonly needs_release=("${needs_sources[@]}" "command git;git" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
-# Prints the needs that this machine does not meet.
+# missing_needs NEED...: prints the needs (see above) that this machine lacks.
 missing_needs() {
     local need kind name headers=""
     for need in "$@"; do

@@ -32,8 +32,8 @@ if [ "$all" = 1 ]; then
 else
     build_targets="photo3d ldi_test_networks_tiefenrausch training_programs" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}"
 fi
-# Without tests that only run the compiler, in which sanitizers find nothing, and without slow tests and the program, whose build takes
-# minutes and whose parts are all tested here. Warnings are off: the uninstrumented build reports them, and sanitizers cause false ones.
+# Excludes tests that only run the compiler, in which sanitizers find nothing, slow tests, and the program, whose build takes minutes
+# and whose parts are all tested here. Warnings are off: the uninstrumented build reports them, and sanitizers cause false ones.
 only_labels=unit build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF -DLDI_BUILD_SLOW_TESTS=OFF -DLDI_UNITY_TESTS=ON \
     -DLDI_WARNINGS_AS_ERRORS=OFF
 

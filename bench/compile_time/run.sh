@@ -33,7 +33,7 @@ ldi::buffer<std::byte> convert(ldi::image_view<const std::uint8_t> photo, std::s
 }
 END
 
-# measure NAME FILE FLAG...
+# measure NAME FILE FLAG...: compiles the file RUNS times and prints a row of the table.
 measure() {
     local name=$1 file=$2 run
     shift 2

@@ -1,5 +1,5 @@
-// Stages from an estimated depth map to clean disparity, each apart, on the sample at 1152 x 1536, one thread. The estimate has
-// a quarter of the photo's resolution, like that of a network.
+// Stages from an estimated depth map to clean disparity, measured one by one on the sample at 1152 x 1536, one thread. The
+// estimate has a quarter of the photo's resolution, like that of a network.
 
 #include "bench/support/measure.hpp"
 #include "bench/support/sample.hpp"
@@ -18,7 +18,9 @@ namespace {
 
 using namespace ldi_bench;
 
-/// Adds a stage that computes a map from the estimate (288 x 384) and the photo (1152 x 1536), or from the filtered map.
+/// Adds a stage that computes its result from one map of the sample.
+///
+/// source  member of sample_stages: the estimate (288 x 384), the filtered map or the file's map (1152 x 1536)
 template <class Stage>
 void add_stage(const std::string& name, const ldi::image<float> sample_stages::*source, Stage stage) {
     add(name, [=](benchmark::State& state) {

@@ -1,5 +1,6 @@
 // Kernels with rows in the caches, per instruction set of this machine: layers of the shipped depth network (bytes) and of the
-// inpainting network, each named after its shape. Plain functions beside the kernels: resizing, packing, requantization.
+// inpainting network, each named after its shape. Also the plain functions of include/ldi/kernels: resizing, packing,
+// requantization.
 
 #include "bench/support/convolution_case.hpp"
 #include "bench/support/measure.hpp"
@@ -99,7 +100,7 @@ void add_network_layers(ldi::isa set) {
         ldi::read_quantized_network(ldi::load_safetensors(model_file("tiefenrausch_small.safetensors")));
     ldi::buffer<ldi::quantization> values{network.input};
     ldi::buffer<std::size_t> channels{network.input_channels}, repeats{1};
-    std::vector<ldi::tensor_size> stored{{384, 288}};  // not enlarged yet where `repeats` is above 1
+    std::vector<ldi::tensor_size> stored{{384, 288}};  // sizes before the enlargement by `repeats`
     std::set<std::string> names;
     for (const ldi::operator_description& op : network.operators) {
         const packed_layer layer = ldi::detail::pack_layer(set, op, values, channels);

@@ -41,10 +41,10 @@ work layer_pixels() { return {.pixels = static_cast<double>(sample().layers.size
 std::string layer_text() { return pixels_text(sample().layers.size()); }
 std::string chart_text() { return std::to_string(sample().charts.charts.size()) + " charts"; }
 
-/// Number of macroblocks of a chart's side, with 4 texels of padding.
+/// Length of a chart's side in macroblocks of 16 texels, with 4 texels of padding at both ends.
 std::int32_t blocks(std::int32_t length) { return (length + 2 * 4 + 15) / 16; }
 
-/// Sizes of the sample's charts in macroblocks, as make_atlas() packs them; more are made by repeating them.
+/// Sizes of the sample's charts in macroblocks, as make_atlas() packs them, repeated until there are `count`.
 ldi::buffer<ldi::rectangle_size> chart_blocks(std::size_t count) {
     ldi::buffer<ldi::rectangle_size> sizes;
     const auto& charts = sample().charts.charts;

@@ -146,7 +146,7 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
     const ldi::inpainting_architecture& a = network.architecture();
     const std::size_t depth = a.channels.size();
     const auto levels = ldi::detail::plan_farbrausch(layers.topology(), a.kernels, unknown_of(layers));
-    std::printf("%-12s %10s %8s %8s\n", "step", "median ms", "fewest", "GMAC/s");
+    std::printf("%-12s %10s %8s %8s\n", "step", "median ms", "minimum", "GMAC/s");
     double products_in_all = 0;
     const std::vector<layer_cost> costs = layer_costs(a, levels);
     for (std::size_t s = 0; s < m.steps[0].size(); ++s) {
@@ -188,7 +188,7 @@ void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_de
         const ldi::farbrausch network = network_with(kind);
         const measurement m = measure(network, layers, unknown, runs);
         if (in_detail) print_steps(network, layers, m);
-        std::printf("%s, %d x %d, %zu pixels, %zu unknown, %s: median %.1f ms, fewest %.1f; peak %.1f MB", name,
+        std::printf("%s, %d x %d, %zu pixels, %zu unknown, %s: median %.1f ms, minimum %.1f; peak %.1f MB", name,
                     layers.topology().width(), layers.topology().height(), layers.size(),
                     static_cast<std::size_t>(std::count(unknown.begin(), unknown.end(), std::uint8_t{1})),
                     std::string(to_string(kind)).c_str(), median(m.whole), *std::min_element(m.whole.begin(), m.whole.end()),
@@ -213,7 +213,7 @@ ldi::photo_layers sample() {
     const std::filesystem::path folder = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
     ldi::photo3d_options options;
     options.normalize.is_inverse_depth = false;
-    options.frame = ldi::photo_frame::crop;  // colors past the frame are not the network's
+    options.frame = ldi::photo_frame::crop;  // the network does not color pixels past the frame
     const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(folder / "sample_depth.png"))};
     return ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").color, depth, ldi::diffusion_inpainter(), options).layers;
 }
@@ -236,14 +236,15 @@ void compare_with_full_size() {
                 "GMAC, photo", "ms", "peak MB");
     for (const auto& [name, make] : {std::pair{"Farbrausch", &network_with}, std::pair{"PartialConv", &full_size_network}})
         for (const ldi::arithmetic kind : arithmetics) {
-            if (make == &full_size_network && kind == ldi::arithmetic::int8) continue;  // requires measured ranges of values
+            // int8 requires measured ranges of values, which random weights lack.
+            if (make == &full_size_network && kind == ldi::arithmetic::int8) continue;
             const ldi::farbrausch network = make(kind);
             double giga[2] = {}, fewest[2] = {};
             std::size_t weights = 0, peak = 0, which = 0;
             for (const ldi::photo_layers* layers : {&picture, &photo}) {
                 weights = 0;
                 const ldi::inpainting_architecture& a = network.architecture();
-                // All pixels of the picture, as usual for counts of multiplications.
+                // Computes all pixels of the picture, as usual for counts of multiplications.
                 const ldi::buffer<std::uint8_t> wanted =
                     layers == &picture ? ldi::buffer<std::uint8_t>(picture.size(), 1) : unknown_of(photo);
                 for (const layer_cost& cost :

@@ -1,5 +1,5 @@
-// The shipped networks on the sample, one thread: depth, whole and step by step; inpainting in both number formats, its plans and
-// its smooth fills; silhouettes.
+// The shipped networks on the sample, one thread. Depth: the whole network and each step. Inpainting: the whole network in both
+// number formats, its plans, and its smooth fills. Silhouettes: the whole network.
 
 #include "bench/support/measure.hpp"
 #include "bench/support/sample.hpp"
@@ -44,7 +44,7 @@ double products_of(const ldi::quantized_network::step_description& step) {
     return static_cast<double>(step.dense_products + step.depthwise_products);
 }
 
-/// Measures one step in each iteration, which runs the whole network.
+/// Runs the whole network in each iteration, and times only one step, by the clock.
 void depth_step(benchmark::State& state, std::size_t wanted) {
     using clock = std::chrono::steady_clock;
     const ldi::image<std::uint8_t>& rgb = network_photo();
@@ -146,12 +146,12 @@ void add_inpainting() {
             return ldi::detail::smooth_filler(sample_graph(), layers.column<ldi::color_column>(),
                                               layers.column<ldi::known_column>(), levels, network.architecture().growth,
                                               one_thread)
-                .run();
+                .run(ldi::detail::farbrausch_input<float>{});
         });
     });
 }
 
-/// Input of the silhouette network, as network_decider makes it for an estimate of a quarter of the photo's resolution.
+/// Returns the input of network_decider for an estimate with a quarter of the photo's resolution.
 ldi::undecided_depth undecided() {
     const sample_stages& s = sample();
     return {s.photo, s.estimate, s.filtered, ldi::surface_rule{}, 4.0F};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plots how the inpainting network's time grows with the photo. Needs Debian's python3-matplotlib.
+"""Plots the inpainting network's time and memory over the number of pixels. Needs Debian's python3-matplotlib.
 
     ldi_bench_networks_farbrausch 816 1155 1633 2309 3266 4032 | plot_scaling.py scaling.png
 """
@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 points = [(int(pixels) / 1e6, float(fewest), float(peak)) for pixels, fewest, peak in
-          re.findall(r"(\d+) pixels.*?fewest ([\d.]+); peak ([\d.]+) MB", sys.stdin.read())]
+          re.findall(r"(\d+) pixels.*?minimum ([\d.]+); peak ([\d.]+) MB", sys.stdin.read())]
 pixels, milliseconds, megabytes = zip(*points)
 figure, axes = plt.subplots(figsize=(6, 3.6), dpi=90)
 axes.plot(pixels, milliseconds, "o-", label="time, ms")

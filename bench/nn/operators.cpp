@@ -1,5 +1,6 @@
-// Operators on layered images: plans, convolutions in float32 and bytes, pooling, elementwise, conversions. One thread. `image`
-// is the same on an image of as many pixels; `squares` on an image cut into squares, each a surface of its own.
+// Operators on layered images: plans, convolutions in float32 and bytes, pooling, elementwise functions, conversions. One thread.
+// Variants named `ldi` run on the sample's layered image, `image` on a plain image with about as many pixels, and `squares` on an
+// image that is cut into unconnected squares.
 
 #include "bench/support/convolution_case.hpp"
 #include "bench/support/cut_graph.hpp"
@@ -42,10 +43,11 @@ const ldi::graph& squares(std::int32_t side) {
 
 std::string size_of(const ldi::convolution_plan& plan) {
     const double share = 100.0 * static_cast<double>(plan.irregular.size()) / static_cast<double>(plan.output_count);
-    return pixels_text(plan.output_count) + ", " + std::to_string(share).substr(0, 4) + " % irregular";
+    return pixels_text(plan.output_count) + ", " + std::to_string(share).substr(0, share < 100 ? 4 : 3) + " % irregular";
 }
 
-/// Whether a convolution excludes missing pixels, and whether a tenth of the pixels is masked, too.
+/// none: an ordinary convolution. partial: convolve_partially(), which excludes missing pixels. masked: the same, with a tenth of
+/// the pixels masked, too.
 enum class masking { none, partial, masked };
 
 template <class View>
@@ -89,7 +91,10 @@ void convolve_bytes(benchmark::State& state, const ldi::graph& g, const ldi::con
         {.int8_products = s.products(plan), .set = set});
 }
 
-/// Adds both number formats. `graph` is a function that returns a graph.
+/// Adds a convolution in both number formats.
+///
+/// where  name of the graph in the benchmark's name
+/// graph  function that returns the graph
 template <class Graph>
 void add_convolution(const std::string& function, const std::string& where, Graph graph, const convolution_shape& s, masking m,
                      std::int32_t stride = 1, ldi::isa set = ldi::best_isa()) {
@@ -125,7 +130,8 @@ void add_convolutions() {
     add_convolution("nn/convolve_partially", "partial", on_sample, {5, 20, 40}, masking::partial, 2);
 }
 
-/// Reads two maps: the coarser level, upsampled without a copy, and the finer one.
+/// Adds functions with upsampled maps. The convolutions read two maps: the coarser level, upsampled without a copy, and the finer
+/// level.
 void add_upsampling() {
     const convolution_shape s{3, 60, 20};
     add("nn/upsample/convolution 3x3 40 upsampled + 20 -> 20, float32", [s](benchmark::State& state) {
@@ -213,7 +219,7 @@ void add_plans() {
     });
 }
 
-/// The outputs of a plan at unknown pixels, as an inpainting network needs them.
+/// Adds the functions that restrict a plan to unknown pixels, as the inpainting network does.
 void add_subsets() {
     const auto unknown = [] {
         ldi::buffer<std::uint8_t> marks;
@@ -284,7 +290,9 @@ byte_map bytes(std::size_t pixels) {
     return map;
 }
 
-/// Adds an operator that reads `read` and writes `written` values per value of a map with 16 channels, in float32 and in bytes.
+/// Adds an operator on a map with 16 channels, in float32 and in bytes.
+///
+/// values  number of values read and written per value of the map
 template <class Operator>
 void add_both(const std::string& name, double values, Operator run_on) {
     add(name + ", float32", [=](benchmark::State& state) {
@@ -299,7 +307,7 @@ void add_both(const std::string& name, double values, Operator run_on) {
     });
 }
 
-/// Adds an operator that works in the memory of a map of float32.
+/// Adds an operator that changes a float32 map with 16 channels in place.
 template <class Operator>
 void add_in_place(const std::string& name, double values, Operator run_on) {
     add(name + ", float32", [=](benchmark::State& state) {

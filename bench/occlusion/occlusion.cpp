@@ -1,5 +1,5 @@
-// Stages from clean disparity to a layered image with colored hidden surfaces, each apart, on the sample, one thread. Includes
-// include/ldi/inpaint.
+// Stages from clean disparity to a layered image with colored hidden surfaces, measured one by one on the sample, one thread:
+// include/ldi/occlusion and inpaint.
 
 #include "bench/support/measure.hpp"
 #include "bench/support/sample.hpp"

@@ -1,4 +1,5 @@
-// Each of the paper's ideas left out in turn: the 3D photo without it, what breaks in numbers, and a picture of the worst place.
+// Leaves out each of the paper's ideas in turn. Makes the 3D photo without it, counts faults, and draws the place that differs
+// most.
 #pragma once
 
 #include "photos.hpp"
@@ -42,7 +43,7 @@ struct ablation {
 
 inline const std::vector<ablation>& ablations() {
     using options = ldi::photo3d_options;
-    // The median of samples that equal the center is the center.
+    // With the sigma below, only samples that equal the center have weight, so the median does nothing.
     static const std::vector<ablation> all{
         {"nothing", "nothing", shown::side_views, [](options&) {}},
         {"median", "weighted median", shown::side_views, [](options& o) { o.median.sigma = 1e-6F; }},
@@ -144,7 +145,8 @@ figures measure(const ldi::photo3d& made, const ldi::photo3d_options& options, b
     return f;
 }
 
-/// Pictures in which the idea shows. The photo is darkened, and the more hidden pixels lie at a position, the bluer it is.
+/// Pictures in which the effect of an idea is visible. For layer counts, the photo is darkened, and a position is the bluer the
+/// more hidden pixels it has.
 inline std::vector<picture> pictures_of(const ldi::photo3d& made, shown by, float motion) {
     std::vector<picture> result;
     if (by == shown::coarse_texture) return {seen_from(made, coarse(made.atlas.color), ldi::view{made.facts.camera})};

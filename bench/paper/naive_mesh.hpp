@@ -1,5 +1,5 @@
-// The mesh that the paper's flat mesher avoids: every pixel a vertex, every two links a triangle, then simplified with
-// meshoptimizer. And the error of a mesh relative to the layered image, measured alike for both.
+// The mesh that the paper's flat mesher avoids: every pixel is a vertex, every two links of a pixel span a triangle, and
+// meshoptimizer simplifies the result. Also measures the error of a mesh relative to the layered image, for both meshers.
 #pragma once
 
 #include <ldi/io/picture.hpp>
@@ -18,8 +18,8 @@
 
 namespace ldi_paper {
 
-/// Triangulates all pixels, chart by chart. A link to another chart's pixel leads to a copy of this pixel, whose texel is the
-/// padding that the atlas copies from there.
+/// Triangulates all pixels, chart by chart. A triangle that crosses to another chart's pixel uses a copy of that pixel, whose
+/// texel lies in the padding that the atlas copied from the other chart.
 inline ldi::textured_mesh mesh_of_all_pixels(const ldi::photo3d& made) {
     const ldi::graph& g = made.layers.topology();
     const auto disparity = made.layers.column<ldi::disparity_column>();

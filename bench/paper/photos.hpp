@@ -56,13 +56,13 @@ inline paper_photo sample_photo() {
     return {"sample.jpg", ldi::load_photo(file + ".jpg").color, {ldi_quality::degraded(map, {.sigma = 1, .shift = 0})}, false};
 }
 
-/// Six photos of Kodak's 24, every fourth; none without ../shared.
+/// Returns every fourth of Kodak's 24 photos, with the network's disparity; empty without ../shared.
 template <ldi::executor Executor>
 std::vector<paper_photo> six_photos(const ldi_quality::named_network& network, Executor& threads) {
     std::vector<paper_photo> result;
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "photos/eval";
     if (!std::filesystem::exists(folder)) {
-        std::printf("The sample stands for the paper's six photos: there is no %s.\n", folder.c_str());
+        std::printf("The sample replaces the paper's six photos: there is no %s.\n", folder.c_str());
         return result;
     }
     std::vector<std::filesystem::path> files;

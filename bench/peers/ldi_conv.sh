@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Compares float convolutions, 3 x 3, 32 -> 32 and 16 -> 16, on the layered depth image of a real photo at 1152 x 1536 after expansion
-# with the same convolutions on an image with the same number of pixels in torch's oneDNN (Debian's python3-torch, channels last) and ONNX
-# Runtime (npm). One thread, pinned to one processor, in alternating runs; processor time, because other programs may run. Prints
-# medians and ends with "ratio R": ours over the fastest peer, for the worse of the two shapes. The first run installs
-# onnxruntime-node in the folder PEERS_OUT.
+# Compares float convolutions, 3 x 3, 32 -> 32 and 16 -> 16. Ours run on the layered depth image of the sample at 1152 x 1536 after
+# expansion. The peers, torch's oneDNN (Debian's python3-torch, channels last) and ONNX Runtime (npm), run on an image with about as many
+# pixels. One thread, pinned to one processor, in alternating runs; processor time, because other programs may run. Prints medians and ends
+# with "ratio R": our time over that of the fastest peer, for the worse of the two shapes. The first run installs onnxruntime-node in the
+# folder PEERS_OUT; if npm cannot, the script ends with code 75.
 #
 #   bench/peers/ldi_conv.sh [ROUNDS]              LDI_ISA forces an instruction set
 set -euo pipefail
@@ -14,9 +14,9 @@ export PEERS_OUT=${PEERS_OUT:-/tmp/ldi_peers}
 python=/usr/bin/python3
 ours=$PEERS_OUT/ldi_conv
 
-skip() {
-    printf 'skipped: %s\n' "$1"
-    exit 0
+fail() {
+    printf '%s\n' "$1" >&2
+    exit 75
 }
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
@@ -25,7 +25,7 @@ require "${needs_io[@]}" "${needs_peers[@]}" >&2
 mkdir -p "$PEERS_OUT"
 if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
     (cd "$PEERS_OUT" && npm init -y >/dev/null && npm install --silent --ignore-scripts onnxruntime-node@1.30.0 >/dev/null) ||
-        skip "onnxruntime-node could not be installed"
+        fail "npm could not install onnxruntime-node, with which this script compares"
 fi
 if [[ ! -f $ours || -n $(find "$root/include" "$root/bench" -newer "$ours" -name '*.[ch]pp' -print -quit) ]]; then
     "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -I/usr/include/stb -DLDI_SOURCE_DIR="\"$root\"" \

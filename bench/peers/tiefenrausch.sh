@@ -1,50 +1,52 @@
 #!/usr/bin/env bash
 # Compares the depth network at 384 x 288 in ldi, ONNX Runtime (int8, npm) and torch's oneDNN (int8, Debian's python3-torch): one thread,
-# pinned to one processor, in alternating runs. Prints each median and ends with "ratio R": ours over the fastest peer. The first run
-# builds the peers' models and installs onnxruntime-node in the folder PEERS_OUT.
-#
-# Needs the published network and the peers' models in ../shared; skipped without them.
+# pinned to one processor, in alternating runs. All compute the published network if ../shared/tiefenrausch/model exists, else the one that
+# ships here. Prints each median of elapsed times and ends with "ratio R": our time over that of the fastest peer. The first run installs
+# onnxruntime-node in the folder PEERS_OUT; if npm cannot, the script ends with code 75.
 #
 #   bench/peers/tiefenrausch.sh [ROUNDS]          LDI_ISA forces an instruction set
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
-peers="$root/../shared/peers"
+published=$root/../shared/tiefenrausch/model
 rounds=${1:-7}
 export PEERS_OUT=${PEERS_OUT:-/tmp/ldi_peers}
 python=/usr/bin/python3
 
-skip() {
-    printf 'skipped: %s\n' "$1"
-    exit 0
-}
-[[ -d $peers && -d $peers/../tiefenrausch ]] || skip "there is no ../shared with the published network"
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
-require "${needs_weight_files[@]}" "${needs_peers[@]}" >&2
+require "${needs_weight_files[@]}" "${needs_peers[@]}" "header stb/stb_image.h;libstb-dev" "header nlohmann/json.hpp;nlohmann-json3-dev" >&2
 
 mkdir -p "$PEERS_OUT"
-[[ -f $PEERS_OUT/qlinear_u8s8.onnx ]] || "$python" "$peers/build_models.py" >/dev/null
-cp "$peers/node_bench.mjs" "$PEERS_OUT/"
+cp "$here/quantized_network.mjs" "$PEERS_OUT/"
 if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
-    (cd "$PEERS_OUT" && npm init -y >/dev/null && npm install --silent --ignore-scripts onnxruntime-node@1.30.0 >/dev/null) ||
-        skip "onnxruntime-node could not be installed"
+    (cd "$PEERS_OUT" && npm init -y >/dev/null && npm install --silent --ignore-scripts onnxruntime-node@1.30.0 >/dev/null) || {
+        printf 'npm could not install onnxruntime-node, with which this script compares\n' >&2
+        exit 75
+    }
 fi
+network=tiefenrausch_small weights=$root/examples/models/tiefenrausch_small.safetensors
+if [[ -d $published ]]; then
+    network=tiefenrausch weights=$PEERS_OUT/published.safetensors
+    "${CXX:-g++}" -std=c++20 -O1 -I"$root/include" "$root/examples/training/tiefenrausch_small/convert.cpp" -o "$PEERS_OUT/convert"
+    "$PEERS_OUT/convert" "$published" "$weights" >&2
+fi
+"$python" "$here/quantized_network.py" model "$PEERS_OUT" "$weights"
 "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -DLDI_SHARED_DIR="\"$root/../shared\"" -DLDI_SOURCE_DIR="\"$root\"" \
     "$root/bench/peers/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -o "$PEERS_OUT/ours"
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one in our affinity mask
 pinned() { taskset -c "$processor" "$@"; }
 measure_ours() {  # THREADS [COMMAND...]; COMMAND runs the benchmark
-    "${@:2}" "$PEERS_OUT/ours" --benchmark_filter="network 384x288/threads:$1/" --benchmark_min_time=0 \
+    "${@:2}" "$PEERS_OUT/ours" --benchmark_filter="^$network/network 384x288/threads:$1/" --benchmark_min_time=0 \
         --benchmark_repetitions=15 --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
         awk -F, '/_median/ { print $3, $8 }'  # milliseconds and the label, which names the instruction set
 }
 ours() { measure_ours 1 pinned; }
-onnx_runtime() { (cd "$PEERS_OUT" && pinned node node_bench.mjs 1 9 columns qlinear_u8s8) | sed -n 's/.* med *\([0-9.]*\).*/\1/p'; }
+onnx_runtime() { (cd "$PEERS_OUT" && pinned node quantized_network.mjs); }
 one_dnn() {
     MALLOC_MMAP_THRESHOLD_=8000000000 MALLOC_TRIM_THRESHOLD_=16000000000 MALLOC_TOP_PAD_=67108864 \
-        pinned "$python" "$peers/torch_bench.py" 1 9 columns onednn 2>/dev/null | sed -n 's/.* med *\([0-9.]*\).*/\1/p'
+        pinned "$python" "$here/quantized_network.py" time "$PEERS_OUT" "$weights"
 }
 median() { sort -g "$1" | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }
 
@@ -59,7 +61,7 @@ done
 
 mine=$(median "$times/ours")
 fastest=
-printf '%-32s %9s %8s\n' "384x288, int8, one thread" "ms" "ratio"
+printf '%-32s %9s %8s\n' "$network, 384x288, one thread" "ms" "ratio"
 printf '%-32s %9.2f\n' "ldi, $(awk 'END { gsub(/"/, "", $2); print $2 }' "$times/ours")" "$mine"
 for peer in onnx_runtime one_dnn; do
     theirs=$(median "$times/$peer")

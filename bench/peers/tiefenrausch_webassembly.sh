@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Compares the depth network at 384 x 288 in WebAssembly under node with ONNX Runtime Web (int8) and TensorFlow.js (float, its wasm
-# backend): one thread, pinned to one processor, in alternating runs. Prints each median and ends with "ratio R": ours over the faster
-# peer. The first run compiles ours, builds the peers' models and installs the peers in the folder PEERS_OUT; 0 rounds do only that.
+# backend): one thread, pinned to one processor, in alternating runs. Prints each median of elapsed times and ends with "ratio R": our time
+# over that of the faster peer. Each run compiles ours; the first one also builds the peers' models and installs the peers in the folder
+# PEERS_OUT. With 0 rounds, the script does nothing else. It ends with code 75 without the published network or any peer.
 #
 #   bench/peers/tiefenrausch_webassembly.sh [ROUNDS]
 set -euo pipefail
@@ -13,11 +14,11 @@ export PEERS_OUT=${PEERS_OUT:-/tmp/ldi_peers}
 # shellcheck source=tests/emulated/header_links.sh
 source "$root/tests/emulated/header_links.sh"
 
-skip() {
-    printf 'skipped: %s\n' "$1"
-    exit 0
+fail() {
+    printf '%s\n' "$1" >&2
+    exit 75
 }
-[[ -d $shared/peers && -d $shared/tiefenrausch ]] || skip "there is no ../shared with the published network"
+[[ -d $shared/peers && -d $shared/tiefenrausch ]] || fail "expected ../shared/peers and ../shared/tiefenrausch (bench/data.md), found none"
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
 require "${needs_weight_files[@]}" "${needs_webassembly[@]}" "command npm;npm" "command taskset;util-linux" >&2
@@ -42,14 +43,14 @@ else
     printf 'without onnx_runtime_web: its model needs python3-torch, python3-onnx and python3-opencv\n'
 fi
 add_peer tensorflow_js @tensorflow/tfjs-backend-wasm@4.22.0 @tensorflow/tfjs@4.22.0
-[[ ${#peers[@]} -gt 0 ]] || skip "no peer could be installed"
+[[ ${#peers[@]} -gt 0 ]] || fail "npm could install no peer"
 
 link_headers "$PEERS_OUT/headers"
 export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs # Debian's folders of the modules that Emscripten's scripts import
 em++ -std=c++20 -O3 -DNDEBUG -msimd128 -fwasm-exceptions -I"$root/include" -I"$root" -isystem "$PEERS_OUT/headers" \
     -DLDI_SHARED_DIR="\"$shared\"" "$here/webassembly/tiefenrausch.cpp" -sNODERAWFS=1 -sALLOW_MEMORY_GROWTH=1 \
     -o "$PEERS_OUT/tiefenrausch.js"
-[[ $rounds -gt 0 ]] || skip "everything is built, no round was asked for"
+[[ $rounds -gt 0 ]] || exit 0
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//') # the last one in our affinity mask
 pinned() { (cd "$packages" && taskset -c "$processor" node --no-experimental-fetch "$@") | sed -n 's/^median *\([0-9.]*\).*/\1/p'; }

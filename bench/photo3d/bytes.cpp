@@ -1,5 +1,5 @@
-// Bytes that each stage allocates on the shipped sample, with the inpainting network in 8 bits, per pixel of the photo, and the
-// peak meanwhile. Every stage writes what it allocates, so the sum is the least that it writes. Prints the table of
+// Bytes per pixel of the photo that each stage allocates on the shipped sample, with the inpainting network in 8 bits, and the
+// peak during the stage. A stage writes at least what it allocates. Prints the measured columns of the table "Budget of bytes" in
 // bench/photo3d/README.md.
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/stage_peaks.hpp"

@@ -51,7 +51,7 @@ def main():
             print(f"| {pixels / 1e6:.1f} | {peak / 1e6:.0f} | {peaks[m]:.1f} | {reading:.2f} | {encoding:.2f} | {rest:.2f} | {facts['textures']} | {facts['glb_bytes'] / 1e6:.1f} |")
         for m in MEGAPIXELS:
             check(f"{m} megapixels take at most 24 bytes per pixel: {peaks[m]:.1f}", peaks[m] <= 24)
-        check(f"what grows with the photo grows no faster: {seconds[48] / seconds[12]:.2f} times the time per pixel at 48 as at 12", seconds[48] <= 1.2 * seconds[12])
+        check(f"reading and encoding take {seconds[48] / seconds[12]:.2f} times as long per pixel at 48 megapixels as at 12 (required: at most 1.2)", seconds[48] <= 1.2 * seconds[12])
         subprocess.run([PROGRAM, photos[48], "--depth", "none", "--size", "full", "-o", glb, "--quiet"], check=True)
         check("the GLB file of 48 megapixels has no error and no warning", subprocess.run([validator, glb], stdout=subprocess.DEVNULL).returncode == 0)
     print(f"{passed} passed, {failed} failed")

@@ -3,8 +3,8 @@
     stages.py [--runs N] PHOTO3D                              every stage, beside the paper
     stages.py [--runs N] --beside OTHER --name NAME PHOTO3D   ratios of every stage to those of another program
 
-The stages' times are those of `photo3d --report`. Times of one thread are the processor's, which other programs on the machine
-hardly change. Beside a program that does not report them, both are timed by the clock.
+The stages' times are those of `photo3d --report`. For one thread, they are processor times, which other programs on the machine
+hardly change. If the other program does not report processor times, the elapsed times of both are compared.
 """
 import argparse
 import json
@@ -42,7 +42,7 @@ def report_of(program, photo, threads, folder):
 
 
 def stages_of(runs, clock):
-    """Returns the median of each stage, in the order of the run. clock: "milliseconds" or "processor_milliseconds"."""
+    """Returns the median of each stage, in the order in which they ran. clock: "milliseconds" or "processor_milliseconds"."""
     return {stage: statistics.median(run[clock].get(stage, 0) for run in runs) for stage in runs[0][clock]}
 
 
@@ -80,7 +80,7 @@ def measure(program, number):
 
 
 def compare(program, other, name, number):
-    """Prints, for each photo, this program's stages divided by the other's, and the ratio of page faults and of peaks."""
+    """Prints, for each photo, the times of this program's stages divided by the other's, and the ratio of the peaks of memory."""
     ratios, rows, stages = [], [], []
     with tempfile.TemporaryDirectory() as folder:
         for photo in photos():
@@ -92,7 +92,7 @@ def compare(program, other, name, number):
             here, there = stages_of(runs[program], clock), stages_of(runs[other], clock)
             peaks = [statistics.median(run["peak_memory_bytes"] for run in runs[which]) for which in (program, other)]
             ratios.append(sum(here.values()) / sum(there.values()))
-            stages = stages or [stage for stage in there if there[stage] >= 1]  # the other program may lack a stage
+            stages = stages or [stage for stage in there if there[stage] >= 1]  # of the other program; this one may lack some
             cells = [f"{here.get(s, 0) / there[s]:.2f}" if there.get(s, 0) >= 1 else "" for s in stages]
             rows.append([name_of(photo), *cells, f"{ratios[-1]:.3f}", f"{sum(here.values()):.0f}", f"{sum(there.values()):.0f}",
                          f"{peaks[0] / peaks[1]:.2f}"])

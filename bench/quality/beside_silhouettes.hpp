@@ -1,5 +1,5 @@
-// Faults beside silhouettes of photographs without true depth: islands, colors that belong to neither surface, hard borders
-// between hidden surfaces; and the worst places, enlarged.
+// Faults beside silhouettes of photographs without true depth: islands (narrow surfaces between a nearer and a farther one),
+// colors that belong to neither surface, and hard borders between hidden surfaces. Also draws the worst places, enlarged.
 #pragma once
 
 #include "holes.hpp"
@@ -54,9 +54,9 @@ inline std::vector<ldi::view> views_beside(const ldi::photo_facts& photo) {
 
 namespace detail {
 
-/// Converts the photo's pixels to a layer, linked as by expand().
+/// Converts the photo's pixels to a layer, linked as make_photo3d() links them before expand().
 inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
-    picture colors = made.photo;  // as in the 3D photo
+    picture colors = made.photo;  // receives the colors of the 3D photo's nearest pixels
     const ldi::graph& g = made.layers.topology();
     ldi::buffer<float> nearest(g.position_count(), -1.0F);
     for (std::int32_t i = 0; i < g.count(); ++i) {
@@ -71,8 +71,8 @@ inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
     return layer;
 }
 
-/// Counts surfaces narrower than 12 pixels of a photo of 1152 between a nearer and a farther surface, each along an eighth of
-/// the border.
+/// Counts islands: surfaces narrower than 12 pixels of a photo of 1152 that touch a nearer and a farther surface, each along at
+/// least an eighth of the border.
 inline std::size_t count_islands(const ldi::graph& g, std::span<const ldi::discontinuity_curve> curves) {
     const ldi::components found = ldi::connected_components(g);
     ldi::buffer<std::int32_t> beside_nearer(found.count(), 0), beside_farther(found.count(), 0);
@@ -91,8 +91,8 @@ inline std::size_t count_islands(const ldi::graph& g, std::span<const ldi::disco
     return result;
 }
 
-/// H x W x 1 over the photo: 1 within 12 pixels of a silhouette whose surfaces differ in color, 2 where, in addition, the color
-/// is farther than 30 of 255 from every mixture of both surfaces' colors nearby.
+/// Returns H x W x 1 over the photo. 1: within 12 pixels of a silhouette whose surfaces differ in color. 2: in addition, the
+/// color is farther than 30 of 255 from every mixture of both surfaces' colors nearby. 0: elsewhere.
 inline mask fits_neither(const ldi::photo_layer& layer) {
     constexpr float contrast = 40, tolerance = 30;
     const ldi::graph& g = layer.topology();
@@ -120,7 +120,7 @@ inline picture marked_atlas(const ldi::photo3d& made, const mask& neither) {
     picture result(made.atlas.color.height(), made.atlas.color.width(), 3, std::uint8_t{0});
     const ldi::graph& g = made.layers.topology();
     const auto disparity = made.layers.column<ldi::disparity_column>();
-    for (const std::int32_t reach : {2, 0})  // first the padding
+    for (const std::int32_t reach : {2, 0})  // padding first, then the pixels themselves
         for (std::size_t c = 0; c < made.charts.charts.size(); ++c) {
             const ldi::chart& chart = made.charts.charts[c];
             const ldi::chart_placement at = made.atlas.placements[c];
@@ -186,7 +186,7 @@ inline picture enlarged(const picture& seen, std::int32_t x, std::int32_t y) {
     return result;
 }
 
-/// Draws a place.
+/// Draws the surroundings of a place, enlarged fourfold.
 template <ldi::executor Executor>
 picture picture_of(const ldi::photo3d& made, const bad_place& place, Executor& threads) {
     ldi::raster_options raster;
@@ -244,7 +244,7 @@ silhouette_faults find_faults(const ldi::photo3d& made, const std::string& photo
         std::stable_sort(here.begin(), here.end(), [](const bad_place& a, const bad_place& b) { return a.score > b.score; });
         for (std::size_t taken = 0; const bad_place& p : here) {
             const bool is_new = std::none_of(result.places.begin(), result.places.end(), [&](const bad_place& other) {
-                // over all views, because they show the same silhouette
+                // Compares places of all views, because the views show the same silhouettes.
                 return std::abs(other.x - p.x) < 60 && std::abs(other.y - p.y) < 60;
             });
             if (is_new && taken++ < places_per_view) result.places.push_back(p);

@@ -74,7 +74,7 @@ inline ldi::image<float> blurred_and_moved(const ldi::image<float>& from, double
 
 /// Degrades a map.
 ///
-/// inverse_depth  H x W x 1; the longer side of the result is `long_side`
+/// inverse_depth  H x W x 1; the longer side of the result is at most `long_side`
 inline ldi::image<float> degraded(const ldi::image<float>& inverse_depth, const degradation& how = {}) {
     const std::size_t rows = inverse_depth.height(), columns = inverse_depth.width(), longer = std::max(rows, columns);
     const std::size_t longest = std::min(longer, how.long_side);

@@ -49,7 +49,7 @@ inline std::vector<rgbd_pair> rgbd_pairs() {
         p.name = entry["name"];
         p.photo = ldi::load_photo(folder / entry["image"].get<std::string>()).color;
         p.disparity = ldi::load_depth_map(folder / entry["map"].get<std::string>(), options);
-        // The offset removed by cropping is noted in words: "inverse depth is proportional to disparity + 66.7".
+        // `note` states the offset that cropping removed: "inverse depth is proportional to disparity + 66.7".
         const std::string note = entry["note"], before = "disparity + ";
         const std::size_t found = note.find(before);
         if (options.kind == ldi::depth_map_kind::disparity && found != std::string::npos) {

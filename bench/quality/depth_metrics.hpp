@@ -27,7 +27,8 @@ namespace ldi_quality {
 
 using pixel_set = mask;  // 1 for pixels in the set
 
-/// Quality of a network on one pair, or the mean over many. unmeasured if the truth is too sparse, or has no edges.
+/// Quality of a network on one pair, or the mean over many. A measure is `unmeasured` if the truth is too sparse for it, or has
+/// no edges.
 struct depth_quality {
     double delta = unmeasured;        ///< share of pixels within a factor of 1.25 of the truth
     double abs_rel = unmeasured;      ///< mean error of distance, as a share of the distance
@@ -98,7 +99,8 @@ inline double count_both(const pixel_set& a, const pixel_set& b) {
     return result;
 }
 
-/// Finds pixels that differ from the pixel 4 to the right, or below, by a factor of at least 1.15, both known.
+/// Finds edges: pairs of known pixels, 4 pixels apart to the right or down, whose disparities differ by a factor above 1.15.
+/// Marks the pixel in the middle of each pair.
 inline pixel_set edges_of(const map& disparity, const pixel_set& known) {
     constexpr std::size_t reach = 4;
     const std::size_t rows = known.height(), columns = known.width();
@@ -121,8 +123,8 @@ inline double edge_agreement(const map& ours, const map& truth, const pixel_set&
     return 2 * precision * recall / std::max(precision + recall, 1e-9);
 }
 
-/// F1 of the positions where a pixel is nearer than its neighbor on that side by more than a ratio: the mean over ratios from
-/// 1.05 to 1.25, each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1).
+/// F1 of steps. A step is a side of a pixel beyond which the neighbor is farther by more than a ratio. Returns the mean over
+/// ratios from 1.05 to 1.25, each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1).
 inline double boundary_agreement(const map& ours, const map& truth, const pixel_set& known) {
     constexpr int ratios = 10;
     const std::size_t rows = known.height(), columns = known.width();
@@ -156,7 +158,7 @@ inline double boundary_agreement(const map& ours, const map& truth, const pixel_
 }
 
 /// Returns the share of pixel pairs that the estimate has in the wrong order, among 20,000 random pairs whose true distances
-/// differ by at least a fifth. This is the question of DA-2K (Yang et al., "Depth Anything V2", 2024), applied to measured depth.
+/// differ by at least a fifth. DA-2K (Yang et al., "Depth Anything V2", 2024) asks the same question, but without measured depth.
 inline double wrong_order(const map& ours, const map& truth, const pixel_set& known) {
     ldi::buffer<std::size_t> pixels;
     for (std::size_t i = 0; i < known.size(); ++i)

@@ -16,8 +16,8 @@
 
 namespace ldi_quality {
 
-/// The farthest positions in all directions, at the photo's depth, in front of and behind it, also straight; and the ends of
-/// paths.
+/// Views from the limits of the camera's motion: in eight directions at the photo's distance, closer and farther; straight
+/// forward and back; and from five positions along each named path.
 inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::photo_facts& photo) {
     std::vector<std::pair<std::string, ldi::view>> result;
     const auto add = [&](const std::string& name, const std::array<float, 3>& direction) {
@@ -51,7 +51,7 @@ struct extreme {
     std::string where;
 };
 
-/// Finds the worst of these views.
+/// Finds the extreme view with the largest uncovered share of the frame.
 template <ldi::executor Executor>
 extreme worst_extreme(const ldi::photo3d& photo, Executor& threads) {
     ldi::raster_options raster;

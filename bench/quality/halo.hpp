@@ -18,7 +18,7 @@ namespace ldi_quality {
 
 struct halo_options {
     double width = 6;  ///< width of the band in pixels, half of it on either side of the silhouette
-    /// In disparity from 0 to 1: surfaces nearer by more than this hide a silhouette.
+    /// A surface hides a silhouette if it is nearer by more than this, in disparity from 0 to 1.
     float min_cover = 0.02F;
 };
 
@@ -45,8 +45,8 @@ inline ldi::image<float> nearest_in_other(const subject& s) {
 
 }  // namespace detail
 
-/// Pixels of the other view whose centers are within half of the band's width of the middle of a true silhouette's side, if it
-/// is visible there. A silhouette moves with its near surface.
+/// Marks the band around the true silhouettes that are visible in the other view: pixels whose centers are at most half the
+/// band's width from the middle of a side. A silhouette moves with its near surface.
 inline mask silhouette_band(const subject& s, const std::vector<true_side>& truth, const halo_options& options = {}) {
     const ldi::image<float> nearest = detail::nearest_in_other(s);
     const auto [least, most] = std::minmax_element(s.inverse_depth.begin(), s.inverse_depth.end());

@@ -1,5 +1,5 @@
-// Prints the holes in 3D photos of ordinary photographs, from every position that the camera may reach. Run by
-// bench/quality/run.sh --only holes.
+// Prints the holes in 3D photos of ordinary photographs, from 104 positions at and inside the limits of the camera's motion. Run
+// by bench/quality/run.sh --only holes.
 #include "holes.hpp"
 
 #include <ldi/io/depth_map.hpp>
@@ -50,7 +50,7 @@ picture crop_of(const ldi::photo3d& made, const ldi::view& from, const hole& h) 
     return result;
 }
 
-/// Converts a photo with the depth map beside it (photo_depth.png), or with the network's depth.
+/// Converts a photo with the depth map beside it, such as NAME_depth.png, or with the network's depth.
 ldi::photo3d make(const std::filesystem::path& file, const ldi::tiefenrausch& network, const ldi::farbrausch& inpainter,
                   const ldi::photo3d_options& options, ldi::thread_pool& threads) {
     const picture photo = ldi::load_photo(file).color;
@@ -109,11 +109,11 @@ void run(const arguments& a) {
 }  // namespace
 
 int main(int count, char** values) {
-    CLI::App app("Counts the holes of 3D photos from every place that the camera may reach.");
+    CLI::App app("Counts the holes of 3D photos from positions at and inside the limits of the camera's motion.");
     arguments a;
     app.add_option("photos", a.photos, "photographs; default: forty of ../shared/photos");
     app.add_option("--crops", a.crops, "folder for pictures of the largest holes, enlarged four times");
-    app.add_option("--most-crops", a.max_crops, "per photo")->capture_default_str();
+    app.add_option("--most-crops", a.max_crops, "maximum number of crops per photo")->capture_default_str();
     app.add_option("--side", a.picture_side, "long side of the pictures that are counted, in pixels")->capture_default_str();
     app.add_option("--geometry-size", a.geometry_size, "as of photo3d")->capture_default_str();
     app.add_option("--motion", a.motion, "as of photo3d")->capture_default_str();

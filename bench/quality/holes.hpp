@@ -1,4 +1,4 @@
-// Holes: pixels inside the frame that no triangle covers, from any position that the camera may reach.
+// Holes: pixels inside the frame that no triangle covers, seen from positions at and inside the limits of the camera's motion.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -46,7 +46,8 @@ struct named_view {
     ldi::view from;
 };
 
-/// Resizes a view to a long side of `long_side` pixels, and widens its field of view: a viewer's window slides over the photo.
+/// Resizes a view to a long side of `long_side` pixels, and then widens its field of view by 15 %, because a viewer's window
+/// slides over the photo.
 inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     constexpr float margin = 1.15F;
     ldi::pinhole_camera& camera = from.camera;
@@ -58,8 +59,8 @@ inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     return from;
 }
 
-/// The limits of the camera's motion and positions half way there: eight directions, at the photo's depth, in front of and
-/// behind it; straight forward and back; and along every named path.
+/// Views from the limits of the camera's motion and from halfway there: in eight directions at the photo's distance, closer and
+/// farther; straight forward and back; and along every named path.
 inline std::vector<named_view> allowed_views(const ldi::photo_facts& photo, std::int32_t long_side) {
     std::vector<named_view> result;
     const auto add = [&](const std::array<float, 3>& direction, float share) {
@@ -92,8 +93,8 @@ inline std::vector<named_view> allowed_views(const ldi::photo_facts& photo, std:
     return result;
 }
 
-/// Whether the ray through the middle of a pixel shows the photo, not the area beyond its border, for any depth in its range:
-/// visible in every frame that hides the border.
+/// Tests whether the ray through the middle of a pixel meets the photo, not the area beyond its border, at every depth of the
+/// photo's range. A viewer that hides the border may show such a pixel.
 class frame_test {
 public:
     frame_test(const ldi::view& from, const ldi::pinhole_camera& photo, const ldi::depth_range& range)

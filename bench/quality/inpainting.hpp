@@ -46,7 +46,7 @@ struct inpainted {
 struct inpainting_result {
     std::string name;
     double inpainted_share = 0;  ///< share of the photo
-    double cut_off = 0;          ///< share of the hidden pixels from which no link leads to a known pixel
+    double cut_off = 0;          ///< share of the hidden pixels that no chain of links connects with a known pixel
     inpainted network, with_texture, diffusion, network_in_screen_space, diffusion_in_screen_space, truth;
 };
 
@@ -93,7 +93,8 @@ ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
 
 /// Measures inpainting.
 ///
-/// shift  motion of the nearest surface in pixels; the canonical view is to the left by this much
+/// shift  motion of the nearest surface in pixels. The other camera, whose view is called canonical, is to the left of the
+///        photo's by this much, or to the right if `shift` is negative
 template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {

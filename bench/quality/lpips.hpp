@@ -50,7 +50,7 @@ struct lpips_layer {
     }
 };
 
-/// A convolution to fewer channels, then two parallel convolutions.
+/// A fire module of SqueezeNet: a convolution to fewer channels, then two parallel convolutions.
 struct lpips_fire {
     lpips_layer squeeze, expand_1x1, expand_3x3;
 

@@ -3,7 +3,7 @@
 
     lpips_weights.py ../shared/lpips/lpips_squeeze_oihw.npz build/lpips_squeeze.safetensors
 
-Needs Python alone.
+Needs only Python, not NumPy.
 """
 import ast
 import json

@@ -75,8 +75,8 @@ inline tensor blurred(const tensor& values) {
     return pass(pass(values, true), false);
 }
 
-/// Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004: mean of
-/// the map over channels and counted pixels.
+/// Structural similarity (Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural
+/// Similarity", 2004): mean of the map over channels and counted pixels.
 inline double ssim(const picture& a, const picture& b, const mask& where) {
     const tensor x = xt::cast<float>(ldi::as_tensor(a)), y = xt::cast<float>(ldi::as_tensor(b));
     const tensor x_mean = blurred(x), y_mean = blurred(y);

@@ -30,7 +30,7 @@ enum method : std::size_t { no_expansion, by_diffusion, by_network, with_texture
 struct novel_view {
     std::string name;
     double disoccluded = 0;                      ///< share of the frame that is uncovered without expansion
-    double uncovered = 0;                        ///< with the expansion that this pair requires
+    double uncovered = 0;                        ///< share that remains uncovered with the expansion that this pair requires
     extreme worst;                               ///< with the default motion, at the worst allowed position
     extreme worst_degraded;                      ///< same with degraded depth
     std::array<quality, method_count> whole{};   ///< over the frame
@@ -101,7 +101,7 @@ inline novel_view mean_of(const std::vector<novel_view>& rows) {
 
 inline void print_novel_views(const char* title, const std::vector<novel_view>& rows) {
     std::printf("\n### Novel views: %s\n\n", title);
-    std::printf("PSNR in dB over the frame / inside what the photo did not see; shares of the frame.\n\n");
+    std::printf("PSNR in dB over the frame / inside the areas that the photo did not see; shares of the frame.\n\n");
     std::printf(
         "| picture | not seen by the photo | no expansion | diffusion | Farbrausch | with texture | in screen space | uncovered "
         "| at the "

@@ -1,4 +1,4 @@
-// Ordinary photographs without known depth: the share of hidden pixels, and a sheet for inspection.
+// Ordinary photographs without known depth: the share of hidden pixels, and a strip of pictures of each for inspection.
 #pragma once
 
 #include "estimated_views.hpp"
@@ -22,7 +22,8 @@
 
 namespace ldi_quality {
 
-/// The 24 photographs of ../shared/photos/eval, and those of train that validate the training: every 32nd, as in data.py.
+/// The 24 photographs of ../shared/photos/eval, and every 32nd of train, which the training of the networks holds out for
+/// validation (VALIDATION_EVERY in data.py).
 inline std::vector<std::filesystem::path> ordinary_photographs() {
     constexpr std::size_t watching_every = 32;
     std::vector<std::filesystem::path> result;

@@ -1,4 +1,4 @@
-// Prints the quality of 3D photos as Markdown, and a last line of main figures. Run by bench/quality/run.sh.
+// Prints the quality of 3D photos as Markdown, and a last line with the main figures. Run by bench/quality/run.sh.
 #include "depth.hpp"
 #include "estimated_views.hpp"
 #include "inpainting.hpp"
@@ -117,10 +117,10 @@ int main(int count, char** values) {
     app.add_flag("--int8", a.int8, "the inpainting network computes with 8 bits");
     app.add_option("--lpips", a.lpips, "weights of LPIPS (safetensors)");
     app.add_option("--pictures", a.pictures, "folder for pictures")->capture_default_str();
-    app.add_flag("!--no-views", a.views, "no novel views and inpainting");
-    app.add_flag("!--no-depth", a.depth, "no depth networks");
-    app.add_flag("--each-depth", a.each_depth, "of the depth networks, every photograph too");
-    app.add_flag("!--no-sizes", a.sizes, "no sizes and times");
+    app.add_flag("!--no-views", a.views, "skip novel views and inpainting");
+    app.add_flag("!--no-depth", a.depth, "skip the depth networks");
+    app.add_flag("--each-depth", a.each_depth, "also print the depth networks' figures for every photograph");
+    app.add_flag("!--no-sizes", a.sizes, "skip sizes and times");
     CLI11_PARSE(app, count, values);
     try {
         run(a);

@@ -3,11 +3,13 @@
 # paper's measure of inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
 # uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
-#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: skip these parts
-#   bench/quality/run.sh --only silhouettes [OPTION...]            minutes: --no-pairs (nothing with true depth), --no-scenes,
-#                                                                  --sigma SAMPLES, --shift SAMPLES, --no-photographs, --no-holes,
+#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     options: --no-depth, --no-views, --no-sizes skip these parts
+#   bench/quality/run.sh --only silhouettes [OPTION...]            takes minutes; options: --no-pairs (skips pairs and scenes with
+#                                                                  true depth), --no-scenes, --no-photographs, --no-holes,
+#                                                                  --sigma SAMPLES, --shift SAMPLES (of the degraded depth),
 #                                                                  --before FOLDER (pictures of an earlier run, to compare)
-#   bench/quality/run.sh --only holes [PHOTO...] [OPTION...]       minutes: --crops FOLDER, --each, --geometry-size PIXELS
+#   bench/quality/run.sh --only holes [PHOTO...] [OPTION...]       takes minutes; options: --crops FOLDER, --each,
+#                                                                  --geometry-size PIXELS
 #
 # Without a model: examples/models/farbrausch.safetensors. LPIPS needs the weights of ../shared/lpips. Photographs with depth and
 # stereo pairs are those of ../shared/rgbd. Parts whose data is absent are skipped; the ray-cast scenes need no data.

@@ -33,7 +33,7 @@ struct silhouette_quality {
     silhouette_distance distance;
     double halo = 0;     ///< mean color error beside silhouettes, of 255
     double stretch = 0;  ///< share of the frame
-    double closed = 0;   ///< share of the sides with a discontinuity
+    double closed = 0;   ///< share of the sides with a step in disparity whose pixels are linked again
 };
 
 struct silhouette_row {
@@ -63,9 +63,10 @@ inline picture marked(picture photo, const std::vector<true_side>& truth, const 
 
 /// Measures one subject. Diffusion fills hidden pixels: fast and independent of any network.
 ///
-/// depth          its name
-/// inverse_depth  of any size
-/// network        that decides silhouettes, or nullptr
+/// depth          name of the depth: "true", "degraded" or that of a network
+/// inverse_depth  h x w x 1 of any size
+/// network        network that decides silhouettes, or nullptr
+/// folder         folder for pictures
 template <ldi::executor Executor>
 silhouette_row measure_silhouettes(const subject& s, const std::string& depth, const ldi::image<float>& inverse_depth,
                                    const ldi::silhouette_network* network, const std::filesystem::path& folder,
@@ -107,7 +108,7 @@ void measure_silhouettes(std::vector<silhouette_row>& rows, const subject& s, co
     rows.push_back(measure_silhouettes(s, "degraded", degraded(s.inverse_depth, how), network, folder, threads));
 }
 
-/// Means over the pictures with this depth, of the measured values.
+/// Means over the rows with this depth; unmeasured values do not count.
 inline silhouette_quality mean_of(const std::vector<silhouette_row>& rows, const std::string& depth) {
     const auto average = [&](auto&& value) {
         ldi::buffer<double> values;

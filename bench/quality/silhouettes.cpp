@@ -48,15 +48,16 @@ int main(int count, char** values) {
     degradation how;
     photograph_options of_photographs;
     app.add_option("--pictures", pictures, "folder for pictures")->capture_default_str();
-    app.add_flag("!--no-scenes", scenes, "no ray-cast scenes");
-    app.add_flag("!--no-pairs", pairs, "nothing with true depth");
-    app.add_flag("!--no-photographs", photographs, "no photographs without true depth");
-    app.add_flag("!--no-holes", of_photographs.counts_holes, "does not look for holes in these");
+    app.add_flag("!--no-scenes", scenes, "skip the ray-cast scenes");
+    app.add_flag("!--no-pairs", pairs, "skip the pairs and scenes with true depth");
+    app.add_flag("!--no-photographs", photographs, "skip the photographs without true depth");
+    app.add_flag("!--no-holes", of_photographs.counts_holes, "do not count holes in the photographs");
     app.add_option("--before", of_photographs.before, "folder of an earlier run's worst_places: writes both side by side");
     app.add_option("--sigma", how.sigma, "blur of the degraded depth, in samples of 384")->capture_default_str();
-    app.add_option("--shift", how.shift, "its shift to the right and down, in samples")->capture_default_str();
+    app.add_option("--shift", how.shift, "shift of the degraded depth to the right and down, in samples")->capture_default_str();
     std::string model;
-    app.add_option("--silhouette-model", model, "weights of the network that decides silhouettes; none: aligned by hand");
+    app.add_option("--silhouette-model", model,
+                   "weights of the network that decides silhouettes; none: no network, silhouettes are aligned");
     CLI11_PARSE(app, count, values);
     try {
         ldi::thread_pool threads;

@@ -87,7 +87,7 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
     ldi::buffer<double> islands, charts, layers, neither, borders, hidden;
     double band = 0, of_neither = 0;
     ldi::photo3d_options of_photos;
-    of_photos.frame = ldi::photo_frame::crop;  // the layers' lattice is the photo's
+    of_photos.frame = ldi::photo_frame::crop;  // so that the layers have the photo's size
     if (silhouettes != nullptr) of_photos.level = ldi::level_options();
     std::size_t views_with_holes = 0;
     std::printf(

@@ -27,7 +27,7 @@
 
 namespace ldi_quality {
 
-/// Peak memory of the process in each stage, if Linux reports it and lets it be reset; otherwise 0.
+/// Peak memory of the process in each stage, in MiB. Empty if Linux does not let the process reset its peak.
 class stage_memory {
 public:
     ldi::progress_listener listener() {
@@ -101,7 +101,7 @@ void print_sizes(const Inpainter& inpainter) {
         "\n### Size\n\n| photo | size | GLB, kB | texture, kB | triangles | charts | atlas | filled |\n"
         "|---|---|---|---|---|---|---|---|\n");
     stage_memory memory, not_asked_for;
-    // Time and memory are those of one photo that becomes 1152 x 1536: the phone's, else the sample.
+    // Measures time and memory of one photo at 1152 x 1536: the first phone photo, else the sample.
     const sized_photo& measured = photos[std::min<std::size_t>(1, photos.size() - 1)];
     for (const sized_photo& p : photos) {
         const ldi::photo3d made = convert(p, inpainter, (&p == &measured ? memory : not_asked_for).listener());
@@ -114,7 +114,7 @@ void print_sizes(const Inpainter& inpainter) {
                     made.atlas.color.height(), 100.0 * static_cast<double>(made.atlas.fill));
     }
 #if defined(__GLIBC__)
-    // Same settings as in the program, so that the stages do not include the system's cost of new pages.
+    // Same settings as in the program: keeps freed memory, so that times do not include what the system needs for new pages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
@@ -130,14 +130,14 @@ void print_sizes(const Inpainter& inpainter) {
         }
     }
     std::printf(
-        "\n### Time and memory of %s, one thread\n\n| stage | median, ms | fewest, ms | peak of the process, MB |\n"
+        "\n### Time and memory of %s, one thread\n\n| stage | median, ms | minimum, ms | peak of the process, MiB |\n"
         "|---|---|---|---|\n",
         measured.photo.filename().c_str());
     for (const std::string& stage : order) {
         ldi::buffer<double>& t = times[stage];
         std::sort(t.begin(), t.end());
         const auto peak = memory.megabytes().find(stage);
-        const std::string most = peak == memory.megabytes().end() ? "not known here" : std::to_string(peak->second);
+        const std::string most = peak == memory.megabytes().end() ? "unknown" : std::to_string(peak->second);
         std::printf("| %s | %.1f | %.1f | %s |\n", stage.c_str(), t[t.size() / 2], t[0], most.c_str());
     }
 }

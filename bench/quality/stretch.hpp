@@ -44,9 +44,9 @@ inline double steepness(const std::array<photo_corner, 3>& t) {
 
 }  // namespace detail
 
-/// Marks each triangle with 1 if it spans a true silhouette: one of its corners, the middles of its sides or its own middle,
-/// seen from the photo's viewpoint, is close to a true silhouette, and its steep direction becomes longer by `min_factor`
-/// between the views, which happens only between two surfaces.
+/// Marks each triangle with 1 if it spans a true silhouette. Such a triangle meets two conditions. Seen from the photo's
+/// viewpoint, one of its corners, a middle of its sides or its own middle is close to a true silhouette. Between the views, its
+/// steepest direction becomes longer by `min_factor`, which happens only between two surfaces.
 inline ldi::buffer<std::uint8_t> spanning_triangles(const ldi::textured_mesh& mesh, const subject& s,
                                                     const std::vector<true_side>& truth, const stretch_options& options = {}) {
     std::vector<side_middle> middles;

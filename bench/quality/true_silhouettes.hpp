@@ -1,5 +1,5 @@
-// True silhouettes: the sides of pixels with a step in true depth. Computed without the library's stages, which are compared
-// with them.
+// True silhouettes: the sides of pixels with a step in true depth. They are computed without the library's stages, because the
+// results of these stages are compared with them.
 #pragma once
 
 #include "metrics.hpp"
@@ -35,7 +35,8 @@ struct true_silhouette_options {
     float min_step = 0.05F;
     /// Minimum number of connected sides.
     std::size_t min_sides = 20;
-    /// Colors are means of this many pixels on either side, after the first, which is mixed.
+    /// Number of pixels on either side whose mean color is compared. They follow the pixel at the side, whose color may be a
+    /// mixture of both surfaces.
     std::int32_t color_reach = 3;
     /// Minimum difference of colors: root mean square over the channels, of 255.
     double min_color_difference = 25;
@@ -43,8 +44,8 @@ struct true_silhouette_options {
 
 namespace detail {
 
-/// Mean color of the pixels beyond `from` in direction `step`, as far as they are on its surface; the pixel's own color if none
-/// is.
+/// Mean color of the pixels after (x, y) in direction (step_x, step_y), as long as they belong to its surface; the color of (x,
+/// y) itself if none does.
 inline std::array<double, 3> color_beyond(const picture& photo, const ldi::image<float>& disparity, std::int32_t x,
                                           std::int32_t y, std::int32_t step_x, std::int32_t step_y,
                                           const true_silhouette_options& options) {
@@ -94,7 +95,7 @@ inline void drop_specks(std::vector<true_side>& sides, std::size_t height, std::
 
 }  // namespace detail
 
-/// Scales from 0 for the farthest to 1 for the nearest.
+/// Scales inverse depth to 0 for the farthest and 1 for the nearest pixel.
 inline ldi::image<float> from_0_to_1(ldi::image<float> inverse_depth) {
     const auto [least, most] = std::minmax_element(inverse_depth.begin(), inverse_depth.end());
     const float low = *least, span = *most - *least;
@@ -139,7 +140,7 @@ public:
         std::int32_t found = -1;
         for (std::int64_t ring = 0; ring <= 2 * farthest && ring * ring <= best; ++ring)
             for (std::int64_t dy = -ring; dy <= ring; ++dy) {
-                // Whole rows at the top and bottom of the ring, only its two ends in the rows between.
+                // Visits all columns in the top and bottom row of the ring, and only the two ends of the rows between.
                 const std::int64_t step = std::abs(dy) == ring || ring == 0 ? 1 : 2 * ring;
                 for (std::int64_t dx = -ring; dx <= ring; dx += step) {
                     const std::int64_t x = from.x + dx, y = from.y + dy, squared = dx * dx + dy * dy;

@@ -14,7 +14,7 @@
 
 namespace ldi_quality {
 
-/// 3D photo options for the truth: the photo at full size, no clipped depth, and surfaces grown by `iterations`.
+/// Options for a 3D photo with true depth: the photo at full size, no clipped depth, and surfaces grown by `iterations`.
 inline ldi::photo3d_options true_depth_options(const subject& s, int iterations) {
     ldi::photo3d_options options;
     options.focal_length_35mm = s.camera.focal_length / ldi::focal_length_from_35mm(1, s.camera.width, s.camera.height);
@@ -23,11 +23,11 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
     options.normalize.max_depth_ratio = 1e6F;
     options.expand.motion = 1;
     options.expand.iterations = iterations;
-    options.texture.strength = options.grain.strength = 0;  // compares fills; `textured` is the result with both
+    options.texture.strength = options.grain.strength = 0;  // off, to compare fills alone; `textured` adds texture
     return options;
 }
 
-/// An inpainter with the library's texture on its result.
+/// An inpainter that adds the library's texture to the result of another one.
 template <class Inpainter>
 struct textured {
     const Inpainter& answers;
@@ -39,7 +39,8 @@ struct textured {
     }
 };
 
-/// Pixels of the other view that show the photo at any depth: the content of a frame.
+/// Marks the pixels of the other view whose rays meet the photo at every depth of its range. They form the frame, in which the
+/// views are compared.
 inline mask frame_of(const subject& s) {
     const ldi::depth_range range = s.range();
     const Eigen::Isometry3f to_photo = ldi::pose(s.other);
@@ -47,7 +48,8 @@ inline mask frame_of(const subject& s) {
     for (std::size_t y = 0; y < result.height(); ++y)
         for (std::size_t x = 0; x < result.width(); ++x) {
             bool inside = true;
-            for (const float depth : {range.z_near, range.z_far}) {  // depth of the surface visible to the other camera here
+            // The ends of the range suffice: the ray meets the depths between them at positions between.
+            for (const float depth : {range.z_near, range.z_far}) {
                 const std::array<float, 3> seen =
                     s.other.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, depth);
                 const Eigen::Vector3f point = to_photo * Eigen::Map<const Eigen::Vector3f>(seen.data());

@@ -34,7 +34,7 @@ using namespace ldi_bench;
 constexpr std::int32_t wide = 1152, high = 1536;
 work picture() { return {.pixels = wide * high}; }
 
-/// The photo's camera, and a viewpoint to its right at which hidden surfaces come into view.
+/// The photo's camera, and a camera to its left. Near surfaces shift to the right, and hidden surfaces come into view.
 ldi::view from_photo() { return {.camera = sample().facts.camera}; }
 ldi::view from_right() { return ldi::moved_view(sample().facts.camera, sample().facts.range, 1.0F, 40.0F); }
 ldi::view taken_from() { return {.camera = sample().facts.layers_camera()}; }

@@ -31,7 +31,9 @@ void describe(benchmark::State& state, const ldi::graph_view& g, const ldi::conv
 
 /// Measures operators on one graph, which make() returns: convolutions in float32 and int8, the plan, coarsening, components.
 ///
-/// axis   name of the plot; a graph's place on its horizontal axis is x
+/// axis  name of the plot
+/// what  name of the line: "ldi" or "image"
+/// x     position of the graph on the plot's horizontal axis
 template <class Make>
 void add_graph(const std::string& axis, const std::string& what, double x, Make make) {
     const std::string prefix = joined("scaling/", axis, "/", what, "/"), place = joined("/", std::to_string(x));
@@ -71,8 +73,8 @@ void add_graph(const std::string& axis, const std::string& what, double x, Make 
     add_graph_function("components", [](const ldi::graph& g) { return ldi::connected_components(g); });
 }
 
-/// Images of 3:4 from 0.1 to 48 megapixels, and the same cut into squares as long as an eighth of the short side: as many
-/// silhouettes as a photo of objects has.
+/// Images of 3:4 from 0.1 to 48 megapixels, whole and cut into squares whose sides are an eighth of the short side: about as many
+/// silhouettes as in a photo of objects.
 void add_pixels() {
     for (const double megapixels : {0.1, 0.3, 1.0, 3.0, 12.0, 24.0, 48.0}) {
         const auto width = static_cast<std::int32_t>(std::lround(std::sqrt(megapixels * 1e6 * 0.75)));

@@ -67,8 +67,8 @@ mean = lambda key: sum(d[key] for d in documents) / len(documents)
 many = json.load(open(f"{work}/many"))
 print(f"{number} photographs of {sum(d['width'] * d['height'] for d in documents) / len(documents) / 1e6:.2f} megapixels, {cores} cores, GLB files of {mean('bytes') / 1000:.0f} kB, "
       f"{mean('milliseconds'):.0f} ms each with one worker")
-print(f"one worker {one:.2f} a second, two {two:.2f}:", " ".join(f"{b / a:.2f}" for a, b in zip(rates[1], rates[2])))
-print(f"messages of one photo that is done: {float(open(work + '/rate_done').read()):.0f} a second by one worker")
-print(f"messages sent and confirmed: {many['messages'] / many['seconds']:.0f} a second")
-print(f"two workers are {two / one:.2f} times as fast as one (asked: 1.8)")
+print(f"photographs per second: one worker {one:.2f}, two {two:.2f}; ratio in each round:", " ".join(f"{b / a:.2f}" for a, b in zip(rates[1], rates[2])))
+print(f"messages with one photo that is already converted: {float(open(work + '/rate_done').read()):.0f} per second by one worker")
+print(f"messages sent and confirmed: {many['messages'] / many['seconds']:.0f} per second")
+print(f"two workers are {two / one:.2f} times as fast as one (required: 1.8)")
 SUMMARY

@@ -1,6 +1,6 @@
 // A real photo and its conversion to a 3D photo at 1152 x 1536, for measurements of stages and networks.
 //
-// The photo is a phone's with the published network's depth if ../shared is present, else the sample.
+// The photo is a phone's with the published network's depth if ../shared is present, else the sample with its given depth.
 #pragma once
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>
@@ -26,7 +26,8 @@ inline std::optional<ldi::tiefenrausch> published_network() {
 
 inline ldi::photo3d converted_photo(const ldi::photo3d_options& options = {}) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes. The system's cost of new pages is not part of the stages.
+    // Keeps freed memory in the process. Stages free and allocate the same tens of megabytes; times do not include what the
+    // system needs to provide new pages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

@@ -9,7 +9,7 @@
 
 namespace ldi_bench {
 
-/// Makes an image that is cut into squares of `side` x `side` pixels, each a surface of its own. side 0: no cut
+/// Makes an image without links between its squares of `side` x `side` pixels. With side 0, the image is whole.
 inline ldi::graph cut_graph(std::int32_t width, std::int32_t height, std::int32_t side) {
     ldi::graph_builder b(ldi::make_grid(width, height));
     for (std::int32_t i = 0; side > 0 && i < width * height; ++i) {

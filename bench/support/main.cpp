@@ -121,13 +121,19 @@ void report_rate(benchmark::State& state, const work& done) {
 
 int main(int count, char** arguments) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes. The system's cost of new pages is not part of them.
+    // Keeps freed memory in the process. Stages free and allocate the same tens of megabytes; times do not include what the
+    // system needs to provide new pages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
     const ldi::memory_scope counts(counted_memory);
     measure_peaks();
     benchmark::AddCustomContext("instruction set", std::string(to_string(ldi::best_isa())));
+#if defined(__clang__)
+    benchmark::AddCustomContext("compiler", "clang " __clang_version__);
+#else
+    benchmark::AddCustomContext("compiler", "g++ " __VERSION__);
+#endif
     benchmark::Initialize(&count, arguments);
     if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;
     benchmark::RunSpecifiedBenchmarks();

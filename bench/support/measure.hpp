@@ -53,9 +53,10 @@ private:
     std::size_t start_ = 0, before_ = 0, count_ = 0, peak_ = 0;
 };
 
-/// Measures function(), whose result, if any, is kept from the optimizer. An untimed call comes first, for caches and statics.
+/// Measures function(), and keeps the compiler from optimizing its result away. The first call is untimed: it fills the caches
+/// and constructs static objects.
 ///
-/// size  shown in the table
+/// size  text for the table's column of sizes
 template <class Function>
 void measure(benchmark::State& state, const std::string& size, const work& done, Function&& function) {
     const auto run = [&] {
@@ -99,8 +100,8 @@ void measure_change(benchmark::State& state, const std::string& size, const work
     state.SetLabel(size);
 }
 
-/// Registers a benchmark. `name` is FOLDER/FUNCTION, then optional variants, each after a slash: tests/bench compares it with the
-/// functions of include/ldi/FOLDER.
+/// Registers a benchmark. `name` is FOLDER/FUNCTION, then optional variants, each after a slash. tests/headers/benchmarks.py
+/// compares it with the functions of include/ldi/FOLDER.
 template <class Function>
 benchmark::internal::Benchmark* add(const std::string& name, Function function) {
     return benchmark::RegisterBenchmark(name.c_str(), std::move(function))->Unit(benchmark::kMicrosecond);

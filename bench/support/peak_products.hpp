@@ -52,10 +52,10 @@ inline void multiply_vnni_256(long count) {
 }
 LDI_END_TARGET
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
-/// Computes 64 products: the maximum in 16 bits.
+/// Computes 64 products as gemm_u8 does: two vpmaddubsw, added in 16 bits and then widened.
 inline __m256i multiply_add(__m256i sum, __m256i x, __m256i y) {
     __m256i a, b;
-    // otherwise the compiler would multiply only once for all sums
+    // Assembly, because the compiler would otherwise multiply only once for all sums.
     asm volatile("vpmaddubsw %2, %1, %0" : "=x"(a) : "x"(x), "x"(y));
     asm volatile("vpmaddubsw %2, %1, %0" : "=x"(b) : "x"(x), "x"(y));
     return _mm256_add_epi32(sum, _mm256_madd_epi16(_mm256_add_epi16(a, b), y));

@@ -39,7 +39,7 @@ const sample_stages& sample();
 
 /// The graph of the sample with its hidden surfaces, 1152 x 1536, before it grows past the frame.
 const ldi::graph& sample_graph();
-/// An image of as many pixels, in whole rows of 1152.
+/// A plain image with about as many pixels as sample_graph(), in whole rows of 1152.
 const ldi::graph& image_graph();
 
 }  // namespace ldi_bench

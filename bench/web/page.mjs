@@ -1,6 +1,6 @@
-// node page.mjs ROUNDS: times examples/web in Chromium and Firefox. Each round opens the page, waits until it is warm, and converts the
-// sample (1152 x 1536) five times; then it opens the page again and converts at once. Prints medians; the last number is Chromium's for the
-// photos after the first, in milliseconds. On a busy machine, rely on the processor time, which is the sum over all processes of the
+// node page.mjs ROUNDS: times examples/web in Chromium and Firefox. Each round opens the page, waits until its warm-up ends, and converts
+// the sample (1152 x 1536) five times. Then it opens the page again and converts at once. Prints medians; the last number is Chromium's for
+// the photos after the first, in milliseconds. On a busy machine, rely on the processor time, which is the sum over all processes of the
 // browser.
 
 import { readdir, readFile, stat } from "node:fs/promises";
@@ -31,7 +31,7 @@ async function processorTime(root) {
         if (!text) continue;
         const fields = text.slice(text.lastIndexOf(")") + 2).split(" ");
         children.set(fields[1], [...(children.get(fields[1]) ?? []), id]);
-        times.set(id, 10 * (Number(fields[11]) + Number(fields[12]))); // in hundredths of a second
+        times.set(id, 10 * (Number(fields[11]) + Number(fields[12]))); // the file counts hundredths of a second
     }
     const sum = (id) => (times.get(id) ?? 0) + (children.get(id) ?? []).map(sum).reduce((a, b) => a + b, 0);
     return sum(String(root));

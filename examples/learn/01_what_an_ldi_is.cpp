@@ -20,9 +20,9 @@ int main() {
     const std::size_t pixels_of_photo = front.size();
     std::vector<std::pair<learn::spot, learn::spot>> cuts;  // neighbors in the photo that are not linked
     for (const ldi::discontinuity& d : curves[0].sides)
-        if (d.towards_front == ldi::side::left) cuts.emplace_back(learn::spot_of(front, d.front), learn::spot_of(front, d.back));
+        if (d.toward_front == ldi::side::left) cuts.emplace_back(learn::spot_of(front, d.front), learn::spot_of(front, d.back));
 
-    // The surface behind each silhouette grows under the surface in front, and is then colored.
+    // The surface behind each silhouette grows behind the surface in front, and the new part is then colored.
     ldi::photo_layers layers =
         ldi::expand(std::move(front), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);

@@ -16,18 +16,18 @@ struct normal {  // a unit vector toward the camera
     static constexpr std::size_t channels = 3;
 };
 
-/// Computes the normal of each pixel from its neighbors.
+/// Computes each pixel's normal, the cross product of the vectors from left to right and from lower to upper neighbor.
 ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_facts& facts) {
     using enum ldi::side;
     const ldi::graph& g = layer.topology();
-    const auto place = [&](std::int32_t i) {
+    const auto position_of = [&](std::int32_t i) {
         const learn::spot s = learn::spot_of(layer, i);
         return facts.camera.unproject(s.x, s.y, facts.range.depth(s.disparity));
     };
     ldi::buffer<float> normals;
     for (std::int32_t i = 0; i < g.count(); ++i) {
-        const auto towards = [&](ldi::side s) { return place(g.neighbor(i, s) == ldi::no_pixel ? i : g.neighbor(i, s)); };
-        const auto l = towards(left), r = towards(right), u = towards(up), d = towards(down);
+        const auto beside = [&](ldi::side s) { return position_of(g.neighbor(i, s) == ldi::no_pixel ? i : g.neighbor(i, s)); };
+        const auto l = beside(left), r = beside(right), u = beside(up), d = beside(down);
         const float a[] = {r[0] - l[0], r[1] - l[1], r[2] - l[2]}, b[] = {u[0] - d[0], u[1] - d[1], u[2] - d[2]};
         const float n[] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
         for (const float c : n) normals.push_back(c / (std::max)(std::hypot(n[0], n[1], n[2]), 1e-20F));
@@ -48,7 +48,7 @@ int main() {
     const ldi::chart_set charts = ldi::make_charts(layers, facts.surface);
     const ldi::textured_mesh mesh = ldi::build_mesh(layers, facts, charts, ldi::make_atlas(layers, charts));
     const ldi::buffer<float> at_vertices = ldi::gather<normal>(mesh, layers, facts.camera);
-    const auto lit = [&](std::uint32_t vertex) {  // lights the vertex with a warm lamp on the right
+    const auto lit = [&](std::uint32_t vertex) {  // returns the vertex's color in the light of a warm lamp on the right
         const float* n = at_vertices.data() + 3 * std::size_t{vertex};
         const float light = (0.15F + (std::max)(0.85F * n[0] + 0.3F * n[1] + 0.4F * n[2], 0.0F)) / 255.0F;
         const auto c = layers.at<ldi::color_column>(mesh.pixels[vertex]);

@@ -24,6 +24,7 @@ struct unet {
 };
 
 unet averaging_unet() {
+    // Weights are outputs x inputs x k. The inputs of `up` are c channels of the coarser level, then c of this level.
     constexpr std::size_t k = 9, c = 4;
     ldi::buffer<float> down(c * c * k), up(c * 2 * c * k), bias(c);
     for (std::size_t i = 0; i < c; ++i) {
@@ -38,20 +39,20 @@ unet averaging_unet() {
 
 int main() {
     const ldi::photo_layers layers = learn::layers_of(learn::load_crop("archway"), 30);
-    const ldi::feature_map shown = ldi::from_column<ldi::color_column>(layers, 1.0F / 255.0F);
-    ldi::feature_view known_colors = shown;
+    const ldi::feature_map colors = ldi::from_column<ldi::color_column>(layers, 1.0F / 255.0F);
+    ldi::feature_view known_colors = colors;
     known_colors.mask = layers.column<ldi::known_column>();
     // Red, green, blue, known; all 0 for unknown pixels.
     const ldi::feature_map input = ldi::concatenate({known_colors, ldi::from_column<ldi::known_column>(layers)});
     const ldi::feature_map output = averaging_unet()(layers.topology(), input, 5);
 
-    const auto behind = [&](const ldi::feature_map& colors) {
+    const auto farthest = [&](const ldi::feature_map& map) {  // draws the farthest pixel at each position
         return learn::seen(layers, true, [&](std::int32_t i) {
-            const auto c = colors.at(i);
+            const auto c = map.at(i);
             return learn::rgb{learn::byte_of(c[0] / c[3]), learn::byte_of(c[1] / c[3]), learn::byte_of(c[2] / c[3])};
         });
     };
-    const auto front = learn::seen(layers, false, [&](std::int32_t i) { return learn::color_of(layers, i); });
+    const auto nearest = learn::seen(layers, false, [&](std::int32_t i) { return learn::color_of(layers, i); });
     std::printf("%zu values for each of %zu pixels\n", output.channels, output.pixels());
-    learn::save("05_a_unet.png", learn::side_by_side({front, behind(input), behind(output)}));
+    learn::save("05_a_unet.png", learn::side_by_side({nearest, farthest(input), farthest(output)}));
 }

@@ -55,5 +55,5 @@ int main() {
         std::printf("%s: %zu vertices, %.1f mm from their plane (rms)\n", wall ? "wall " : "table", chosen.size(), 1000 * rms);
         normals[wall] = normal;
     }
-    std::printf("they stand at %.1f degrees to each other\n", 57.29578F * std::acos(std::abs(normals[0].dot(normals[1]))));
+    std::printf("angle between wall and table: %.1f degrees\n", 57.29578F * std::acos(std::abs(normals[0].dot(normals[1]))));
 }

@@ -1,5 +1,5 @@
 // Makes a complete 3D photo in memory, as an engine would: from pixels to the bytes of a GLB file, on the engine's threads, in
-// the engine's memory, within its budget. Only this lesson touches files, to show the result.
+// the engine's memory, within its budget. Writes the bytes to a file only at the end, to show the result.
 #include "whole_sample.hpp"
 
 #include <ldi/formats/glb.hpp>
@@ -48,7 +48,7 @@ int main() {
     const ldi::memory memory{&heap, engine_heap::allocate, engine_heap::release};
     const ldi::memory_scope scope(memory);
     ldi::photo3d_options options;
-    options.normalize.is_inverse_depth = false;  // the sample's disparity reaches 0
+    options.normalize.is_inverse_depth = false;  // the sample's disparity reaches 0, which 1 / distance cannot
     const ldi::photo3d made =
         ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options, engine_jobs{});
     const ldi::buffer<std::byte> file = ldi::encode_glb(

@@ -1,5 +1,5 @@
-// The price of silhouettes: the same convolution on an image that is cut into ever smaller squares, each a surface of its own.
-// The windows of pixels beside a cut are irregular: their neighbors are gathered link by link.
+// The price of silhouettes: the same convolution on an image that is cut into ever smaller squares, each a separate surface. The
+// windows of pixels beside a cut are irregular: their neighbors are gathered link by link.
 #include <ldi/nn/ldi/convolution_layer.hpp>
 
 #include <algorithm>

@@ -90,12 +90,12 @@ private:
     picture sheet_;
 };
 
-/// A position in front of the lattice.
+/// A position in a layered image: column, row, and disparity.
 struct spot {
     float x, y, disparity;
 };
 
-/// Center of a pixel.
+/// Returns the center of a pixel, moved by (dx, dy) pixels.
 template <class Layers>
 spot spot_of(const Layers& layers, std::int32_t pixel, float dx = 0.0F, float dy = 0.0F) {
     const ldi::graph& g = layers.topology();
@@ -109,16 +109,16 @@ rgb color_of(const Layers& layers, std::int32_t pixel) {
     return {c[0], c[1], c[2]};
 }
 
-/// Mixes a color with the paper's color, for parts outside the topic.
+/// Mixes a color with the color of the background, for parts outside the topic.
 inline rgb faded(rgb color) {
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<std::uint8_t>((color[c] + paper[c]) / 2);
     return color;
 }
 
-/// Views a layered image from the right and from above: pixels stand out in proportion to their disparity.
+/// Projects a layered image as seen from the right and from above. Pixels rise from its plane in proportion to their disparity.
 class side_view {
 public:
-    /// middle   position of the lattice's middle at disparity 0
+    /// middle   position in the picture of the layered image's center at disparity 0
     /// tile     side of a pixel, in pixels of the picture
     /// stretch  height of disparity 1 in tiles
     side_view(const ldi::graph_view& g, point middle, float tile, float stretch)
@@ -207,7 +207,7 @@ picture seen(const Layers& layers, bool farthest, Color&& color) {
     return result;
 }
 
-/// Combines pictures side by side, with gaps of paper.
+/// Combines pictures side by side, with gaps in the color of the background.
 inline picture side_by_side(std::span<const picture> pictures) {
     constexpr std::size_t gap = 8;
     std::size_t width = 0, height = 0;

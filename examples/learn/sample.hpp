@@ -35,7 +35,7 @@ inline sample load_crop(const std::string& name) {
         file >> format >> width >> height >> largest;
         file.get();
         make(width, height, [&] { return static_cast<unsigned>(file.get()); });
-        if (!file) ldi::raise(ldi::error_code::file_access, path + extension, "a picture", "none, or one that is cut off");
+        if (!file) ldi::raise(ldi::error_code::file_access, path + extension, "a picture", "none, or a truncated one");
     };
     sample result;
     read(".ppm", [&](std::size_t width, std::size_t height, auto&& next) {
@@ -52,7 +52,7 @@ inline sample load_crop(const std::string& name) {
     return result;
 }
 
-/// Assumes a phone's main camera and the default range of distances.
+/// Returns the facts of a photo from a phone's main camera, with the default range of distances.
 inline ldi::photo_facts facts_of(const sample& from) {
     const std::int32_t width = static_cast<std::int32_t>(from.color.width()),
                        height = static_cast<std::int32_t>(from.color.height());
@@ -61,8 +61,8 @@ inline ldi::photo_facts facts_of(const sample& from) {
     return facts;
 }
 
-/// Lesson 1 in one function: makes a layered image whose hidden surfaces have grown by `iterations` pixels. Colors directly at
-/// silhouettes, where the lens mixed two surfaces, count as unknown.
+/// Makes a layered image as in lesson 1, whose hidden surfaces have grown by `iterations` pixels. Colors directly at silhouettes,
+/// where the lens mixed two surfaces, count as unknown.
 inline ldi::photo_layers layers_of(const sample& from, int iterations) {
     ldi::photo_layer layer = ldi::lift(from.color, from.disparity);
     const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer);

@@ -19,8 +19,8 @@ struct rectangle {
 };
 inline constexpr rectangle everything{0, 0, 1152, 1536}, globe{103, 270, 252, 252}, archway{40, 640, 460, 480};
 
-/// Loads a part of the sample. shrink  side of the square of pixels that becomes one pixel, with the mean color of the pixels on
-/// the center's surface
+/// Loads a part of the sample and shrinks it: each square of `shrink` x `shrink` pixels becomes one pixel, with the mean color of
+/// those pixels that lie on the same surface as the square's center.
 inline sample load_sample(const rectangle& part, std::size_t shrink) {
     const std::string file = LDI_SOURCE_DIR "/examples/photo3d/sample";
     const ldi::image<std::uint8_t> photo = ldi::load_photo(file + ".jpg").color;

@@ -80,7 +80,7 @@ public:
         const bool has_own_names = a.output.empty() && a.html.empty() && a.report.empty();
         if (!a.html.empty() || (has_own_names && std::filesystem::exists(a.viewer, ignored))) viewer_.emplace(a.viewer);
         if (!a.gallery.empty()) gallery_.emplace(a.gallery, a.viewer);
-        budget_.emplace(a.memory);  // after all objects that live as long as the batch
+        budget_.emplace(a.memory);  // counts the memory in use: comes after all objects that live as long as the batch
     }
 
     /// Converts all photos; the exit code says whether any failed.
@@ -126,7 +126,7 @@ inline exit_code batch::run() {
         try {
             while (threads.size() < count) threads.emplace_back(body);
         } catch (const std::system_error&) {
-            if (threads.empty()) throw;  // continues with fewer threads
+            if (threads.empty()) throw;  // otherwise the batch continues with fewer threads
         }
     };
     const auto end = [&] {
@@ -183,7 +183,8 @@ inline void batch::read(batch_list::item item) {
     }
 }
 
-/// Also rejects outputs that another photo of the batch has claimed. Returns whether all outputs exist.
+/// Claims a photo's outputs and returns whether all of them exist already. Raises an error if another photo of the batch has
+/// claimed one of them.
 inline bool batch::claim_outputs(const photo_files& names) {
     bool are_there = true;
     for (const std::filesystem::path& output : {names.glb, names.html, names.poster, names.report}) {

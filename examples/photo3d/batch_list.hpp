@@ -185,7 +185,7 @@ private:
             names += (i == 0 ? "" : ", ") + folder.others[i];
         if (folder.others.size() > max_named) names += " and " + std::to_string(folder.others.size() - max_named) + " more";
         say(source_.string() + ": " + std::to_string(folder.others.size()) +
-            " left out, which are not files with a photo's extension: " + names);
+            " left out, because they are not files with a photo's extension: " + names);
     }
 
     /// Opens the next source. Returns an item only if the source can't be read.

@@ -1,5 +1,5 @@
-// Compresses geometry by EXT_meshopt_compression and KHR_mesh_quantization: vertices and triangles in an order that compresses
-// well, positions on the coarsest grid without visible error, and meshoptimizer's streams of both.
+// Compresses geometry by EXT_meshopt_compression and KHR_mesh_quantization: sorts vertices and triangles so that they compress
+// well, rounds positions to the coarsest grid without visible error, and encodes both with meshoptimizer.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -30,10 +30,10 @@ struct primitive_geometry {
     std::size_t vertex_count() const { return positions.size() / 3; }
 };
 
-/// Decoded values of a vertex column or of triangles, and the stream that a decoder reads.
+/// Encoded vertex column or triangles.
 struct compressed_stream {
     std::vector<std::byte> bytes;
-    std::size_t count = 0, stride = 0;
+    std::size_t count = 0, stride = 0;                   ///< number of decoded items; bytes of each
     const char *mode = "ATTRIBUTES", *filter = nullptr;  ///< names in EXT_meshopt_compression
 };
 
@@ -65,7 +65,8 @@ struct position_grid {
     float position(std::uint16_t place, std::size_t axis) const { return lowest[axis] + static_cast<float>(place) * step[axis]; }
 };
 
-/// Distance between two positions as seen by the photo's camera at the origin: at distance 1, the larger of both components.
+/// Projects two positions from the photo's camera, at the origin, onto the plane at distance 1. Returns the larger of the
+/// horizontal and the vertical distance of both projections.
 inline float seen_apart(const float* a, const float* b) {
     return std::max(std::abs(a[0] / a[2] - b[0] / b[2]), std::abs(a[1] / a[2] - b[1] / b[2]));
 }
@@ -148,16 +149,17 @@ inline compressed_stream compress_triangles(const primitive_geometry& g) {
     return result;
 }
 
-/// Texture coordinates as fractions of a texel, which most of them are: corners of pixels.
+/// Grid of integer texture coordinates, in texels or fractions of a texel. Most coordinates are corners of pixels, which lie on
+/// it.
 struct texel_grid {
-    std::array<float, 2> parts;  ///< number of fractions along each side of the texture
+    std::array<float, 2> parts;  ///< number of grid cells along each side of the texture
 
     std::uint16_t place(std::uint16_t normalized, std::size_t axis) const {
         return static_cast<std::uint16_t>(std::lround(static_cast<float>(normalized) / 65535.0F * parts[axis]));
     }
 };
 
-/// Finds the coarsest such grid, of whole, half, quarter or eighth texels. Empty if the coordinates lie on none of them.
+/// Finds the coarsest grid, of whole, half, quarter or eighth texels, on which all coordinates lie. Empty if there is none.
 inline std::optional<texel_grid> find_texel_grid(const primitive_geometry& g, std::size_t width, std::size_t height) {
     for (std::size_t parts = 1; parts <= 8; parts *= 2) {
         const texel_grid grid{{static_cast<float>(parts * width), static_cast<float>(parts * height)}};

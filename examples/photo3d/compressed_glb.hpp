@@ -45,7 +45,7 @@ public:
     mesh_packer(glb_json& content, glb_packer& packer, float precision)
         : json_(content), packer_(packer), precision_(precision) {}
 
-    /// textures  sizes, one per texture
+    /// textures  headers of the textures' pictures, for their sizes
     void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries, std::span<const ldi::picture_header> textures) {
         const std::optional<position_grid> grid = find_grid(geometries, precision_);
         for (std::size_t i = 0; i < geometries.size(); ++i) {
@@ -141,7 +141,8 @@ private:
     std::set<std::size_t> replaced_;
 };
 
-/// Adds the textures to the file, and their extension to the lists.
+/// Adds the textures to the file. With WebP textures, also adds the name of their glTF extension to `used`, and to `required` if
+/// the file can't be shown without it.
 inline void pack_textures(glb_json& content, glb_packer& packer, std::span<const std::span<const std::byte>> textures,
                           const compression_options& options, std::vector<std::string>& used,
                           std::vector<std::string>& required) {

@@ -28,8 +28,8 @@ struct compression_choice {
 inline void check_compression([[maybe_unused]] const compression_choice& c) {
 #if !defined(LDI_WITH_COMPRESSION)
     if (c.is_wanted)
-        raise(error_code::invalid_option, "compress",
-              "ldi built with meshoptimizer and libwebp (Debian: libmeshoptimizer-dev, libwebp-dev)", "ldi built without them");
+        raise(error_code::invalid_option, "compress", "ldi built with meshoptimizer and libwebp",
+              "ldi built without them (Debian: libmeshoptimizer-dev, libwebp-dev)");
 #endif
 }
 
@@ -45,7 +45,7 @@ struct texture_files {
 inline void add_webp([[maybe_unused]] texture_files& files, [[maybe_unused]] const image<std::uint8_t>& picture,
                      [[maybe_unused]] int quality, [[maybe_unused]] const compression_choice& c) {
 #if defined(LDI_WITH_COMPRESSION)
-    // About the same error on libwebp's scale: see README.md.
+    // On libwebp's scale, a quality lower by 3 has about the same error: see README.md.
     if (c.is_wanted && c.texture != "jpeg")
         files.webp.push_back(encode_webp(picture, static_cast<float>(std::max(quality - 3, 1))));
 #endif
@@ -73,7 +73,8 @@ inline written_glb compressed(std::span<const std::byte> plain, const texture_fi
     const std::size_t jpeg_bytes = total_bytes(files.jpeg);
     if (!c.is_wanted) return {{plain.begin(), plain.end()}, jpeg_bytes};
 #if defined(LDI_WITH_COMPRESSION)
-    // A tenth of a pixel: renderings match the plain file's at 50 dB; the texture's JPEG or WebP alone causes a larger error.
+    // A tenth of a pixel. Compared with renderings of the plain file, renderings then have a PSNR of 50 dB; the texture's JPEG or
+    // WebP alone causes a larger error.
     compression_options options;
     options.precision = 0.1F / focal_length;
     options.webp = files.webp, options.keeps_texture = c.texture == "both";

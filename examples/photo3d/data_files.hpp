@@ -14,9 +14,9 @@
 
 namespace ldi::examples {
 
-/// Returns the folder of the program's data: the folder that contains the program, or share/ldi in it, if the weights are there
-/// (an unpacked archive); otherwise the place relative to the program that is fixed at installation. So both can be moved
-/// together. In a build tree, links in it lead to the sources.
+/// Returns the folder of the program's data. If the folder that contains the program, or share/ldi in it, has the weights (an
+/// unpacked archive), returns that folder. Otherwise returns a folder at a fixed path relative to the program, so that an
+/// installed tree can be moved as a whole; in a build tree, that folder has links to the sources.
 ///
 /// program  the command that started the program
 inline std::filesystem::path data_folder(const char* program) {

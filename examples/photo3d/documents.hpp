@@ -1,6 +1,7 @@
 // Generates the manual page and the completions for shells from the program's description of its options.
 #pragma once
 
+#include "help_text.hpp"
 #include "messages.hpp"
 
 #include <CLI/CLI.hpp>
@@ -20,40 +21,13 @@ inline std::vector<const CLI::Option*> all_options(const CLI::App& app) {
     return options;
 }
 
-inline bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
-
-/// Describes an option's value: "TEXT", "16 to 16384", "disparity|meters".
-inline std::string value_of(const CLI::Option& option) {
-    const std::string type = option.get_type_name();
-    return type.substr(type.find(':') == std::string::npos ? 0 : type.find(':') + 1);
-}
-
-/// Lists the accepted words of an option, from CLI11's names for checks: {a,b}, or {a->0,b->1}. Empty if other values are
-/// accepted.
-inline std::vector<std::string> words_of(const CLI::Option& option) {
-    const std::string type = option.get_type_name();
-    const std::size_t first = type.find('{'), last = type.find('}');
-    std::vector<std::string> words;
-    if (first == std::string::npos || last == std::string::npos) return words;
-    for (std::string word : CLI::detail::split(type.substr(first + 1, last - first - 1), ',')) {
-        word = word.substr(0, word.find("->"));
-        words.push_back(word);
-    }
-    return words;
-}
-
-inline std::string joined(const std::vector<std::string>& words, const char* between_them) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : between_them) + word;
-    return text;
-}
-
-/// Lists every name of an option, with its dashes.
-inline std::vector<std::string> names_of(const CLI::Option& option) {
-    std::vector<std::string> names;
-    for (const std::string& name : option.get_snames()) names.push_back("-" + name);
-    for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
-    return names;
+/// Lists all options, those of a group together; groups are in the order of their first options.
+inline std::vector<const CLI::Option*> options_by_group(const CLI::App& app) {
+    std::vector<const CLI::Option*> options;
+    for (const std::string& group : app.get_groups())
+        for (const CLI::Option* option : all_options(app))
+            if (option->get_group() == group) options.push_back(option);
+    return options;
 }
 
 /// Escapes text for troff.
@@ -69,22 +43,21 @@ inline std::string roff(std::string_view text) {
 
 inline std::string manual(const CLI::App& app, const std::string& version) {
     std::string page =
-        ".TH PHOTO3D 1 \"\" \"photo3d " + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
+        ".TH PHOTO3D 1 \"\" \"" + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
         "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.IR PHOTO ...\n.RI [ OPTION ...]\n.SH DESCRIPTION\n" +
         roff(app.get_description()) + "\n.SH OPTIONS\n";
-    for (const CLI::Option* option : all_options(app)) {
+    std::string group;
+    for (const CLI::Option* option : options_by_group(app)) {
+        if (option->get_group() != group) page += ".SS " + roff(group = option->get_group()) + "\n";
         page += ".TP\n";
         if (option->get_positional() && names_of(*option).empty()) {
             page += ".I " + roff(option->get_name(true)) + "\n";
         } else {
-            const std::vector<std::string> words = words_of(*option);
             page += ".B " + roff(joined(names_of(*option), ", "));
-            if (takes_value(*option)) page += " \\fI" + roff(words.empty() ? value_of(*option) : joined(words, "|")) + "\\fR";
+            if (takes_value(*option)) page += " \\fI" + roff(value_of(*option)) + "\\fR";
             page += "\n";
         }
-        page += roff(option->get_description());
-        if (!option->get_default_str().empty()) page += roff(" (default: " + option->get_default_str() + ")");
-        page += "\n";
+        page += roff(full_description(*option)) + "\n";
     }
     return page + ".SH FILES\n" + roff(app.get_footer()) + "\n.SH EXIT STATUS\n" + roff(exit_code_text) + "\n";
 }

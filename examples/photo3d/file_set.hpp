@@ -37,10 +37,10 @@ public:
     /// Disables the search for files of killed processes, which costs time in folders with many files.
     void leave_abandoned() { removes_abandoned_ = false; }
 
-    /// Names an input file, which must not be written. Ignores missing files.
+    /// Registers an input file, which must not be written. Ignores missing files.
     void protect(const std::filesystem::path& input);
 
-    /// Names a file that will be written, so that problems are reported before the work. Raises invalid_option for an empty
+    /// Registers a file that will be written, so that problems are reported before the work. Raises invalid_option for an empty
     /// name, and for a file that is already protected or claimed, under any name; file_access.
     void claim(const std::filesystem::path& target);
 
@@ -138,8 +138,8 @@ inline file_set::entry& file_set::add(const std::filesystem::path& target) {
         const std::vector<std::string> all = identities(target);
         for (const std::string& identity : all)
             if (const auto other = taken_.find(identity); other != taken_.end())
-                raise(error_code::invalid_option, target.string(), "a file of its own",
-                      "the same file as " + other->second.string() + ", which is read or written, too");
+                raise(error_code::invalid_option, target.string(), "a file that the run does not use for anything else",
+                      "the same file as " + other->second.string());
         for (const std::string& identity : all) taken_.emplace(identity, target);
     }
     entries_.push_back(std::move(added));
@@ -222,7 +222,7 @@ inline int file_set::put_in_place(entry& e) {
         if (failure) return failure.value();
         if (const int unsafe = synchronize(old(e)); unsafe != 0) return unsafe;
         if (const int unsafe = stagings_[e.staging].keep(); unsafe != 0) return unsafe;
-        e.is_old_kept = e.is_placed = true;  // also if it is written only partly
+        e.is_old_kept = e.is_placed = true;  // true even if overwrite() fails halfway, so that take_back() restores the file
         return overwrite(e.place, temporary(e));
     }
     if (entries_.size() > 1 && std::filesystem::exists(e.place, failure)) {

@@ -1,5 +1,6 @@
 // File functions beyond the standard library: locks that end with their process, identities, and owners. On systems without POSIX
-// there are no locks: folders that killed processes leave stay, and two processes that write the same set of files may mix them.
+// there are no locks: temporary folders of killed processes remain, and two processes that write the same set of files may mix
+// them.
 #pragma once
 
 #include <ldi/io/file.hpp>

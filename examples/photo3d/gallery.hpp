@@ -25,7 +25,7 @@ namespace ldi::examples {
 class gallery {
 public:
     /// page    the file to write; a folder for small pictures of the photos is made beside it
-    /// viewer  the viewer's page; that of the gallery lies beside it
+    /// viewer  the viewer's page; gallery.html, the page without photos, lies beside it
     ///
     /// Errors: invalid_option, file_access; invalid_data if the viewer is of another version.
     gallery(const std::filesystem::path& page, const std::filesystem::path& viewer)
@@ -37,18 +37,18 @@ public:
         text_.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         position_ = text_.find(marker);
         if (position_ == std::string::npos)
-            raise(error_code::invalid_data, file.string(), "the gallery's page, which examples/viewer/build.sh builds",
-                  "a file without " + std::string(marker));
+            raise(error_code::invalid_data, file.string(), "the gallery's page",
+                  "a file without " + std::string(marker) + " (examples/viewer/build.sh builds the page)");
         std::error_code failure;
         std::filesystem::create_directories(posters_, failure);
         if (failure) raise_system_error(failure.value(), posters_, "a folder that can be made");
     }
 
-    /// Names the GLB and the small picture, which the page shows. Raises invalid_option.
+    /// Sets the names of the GLB, unless it has one, and of the small picture, which the page shows. Raises invalid_option.
     void complete_names(photo_files& names) const {
         if (names.glb.empty()) names.glb = std::filesystem::path(names.html).replace_extension(".glb");
         if (!names.glb.has_filename())
-            raise(error_code::invalid_option, "--gallery", "a GLB file per photo: -o, or --html", "no name for it");
+            raise(error_code::invalid_option, "--gallery", "a name for the GLB file of each photo", "none (use -o or --html)");
         std::string name;
         for (const char c : seen(std::filesystem::path(names.glb).replace_extension()))
             name += c == '/' ? std::string("__") : std::string(1, c);
@@ -78,7 +78,7 @@ public:
         for (const auto& [index, entry] : entries_) list.push_back(entry);
         std::string json = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
         for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
-            json.replace(at, 1, "\\u003c");  // ends no script
+            json.replace(at, 1, "\\u003c");  // so that no text can end the script element
         std::string page = text_;
         page.replace(position_, marker.size(), "<script id=\"photos\" type=\"application/json\">" + json + "</script>");
         files_.write(page_, page);
@@ -88,7 +88,7 @@ public:
 private:
     static constexpr std::string_view marker = "<!-- the photos go here -->";
 
-    /// The name of a file as seen from the page.
+    /// Returns the name of a file relative to the page.
     std::string seen(const std::filesystem::path& file) const {
         const auto whole = [](const std::filesystem::path& name) { return std::filesystem::absolute(name).lexically_normal(); };
         return whole(file).lexically_proximate(whole(page_).parent_path()).generic_string();

@@ -101,13 +101,13 @@ private:
 /// Assembles a compressed file.
 class glb_packer {
 public:
-    /// Adds bytes and returns the index of their view.
+    /// Adds bytes and returns the index of their buffer view.
     std::size_t add(std::span<const std::byte> bytes) {
         views.push_back({{"buffer", 0}, {"byteLength", bytes.size()}, {"byteOffset", append(bytes)}});
         return views.size() - 1;
     }
 
-    /// Adds a stream and returns the index of the view of its decoded values.
+    /// Adds a stream and returns the index of the buffer view of its decoded values.
     std::size_t add(const compressed_stream& stream) {
         const bool is_vertices = std::string_view(stream.mode) == "ATTRIBUTES";
         glb_json extension = {{"buffer", 0},

@@ -29,7 +29,7 @@ public:
     explicit viewer_page(const std::filesystem::path& file) {
         std::error_code ignored;
         if (!std::filesystem::exists(file, ignored))
-            raise(error_code::file_access, file.string(), "the viewer, which examples/viewer/build.sh builds", "no such file");
+            raise(error_code::file_access, file.string(), "the viewer", "no such file (examples/viewer/build.sh builds it)");
         const std::vector<std::byte> bytes = read_file(file);
         text_.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         title_ = find(file, title_marker);
@@ -40,7 +40,7 @@ public:
     ///
     /// title     plain text
     /// photo     H x W x 3
-    /// is_whole  surfaces go on past the photo's border: the page hides none of it
+    /// is_whole  whether surfaces continue past the photo's border, so that the page can show the whole photo
     /// snippet   text that puts the photo into other pages, which the page offers to copy; empty: none
     std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb,
                            bool is_whole, std::string_view snippet = {}) const;
@@ -51,8 +51,8 @@ private:
     std::size_t find(const std::filesystem::path& file, std::string_view marker) const {
         const std::size_t position = text_.find(marker);
         if (position == std::string::npos)
-            raise(error_code::invalid_data, file.string(), "the viewer, which examples/viewer/build.sh builds",
-                  "a file without " + std::string(marker));
+            raise(error_code::invalid_data, file.string(), "the viewer",
+                  "a file without " + std::string(marker) + " (examples/viewer/build.sh builds the viewer)");
         return position;
     }
 
@@ -88,7 +88,7 @@ inline std::string escape_html(std::string_view text) {
     return escaped;
 }
 
-/// Returns the name of a file as a relative URL has it.
+/// Escapes the name of a file for a relative URL.
 inline std::string in_url(std::string_view name) {
     static constexpr char digits[] = "0123456789ABCDEF";
     static constexpr std::string_view plain = "-._~/0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
@@ -114,7 +114,7 @@ inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     return encode_jpeg(area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads), quality);
 }
 
-/// Returns the attributes of <photo-3d> that keep its place in a page before the photo has arrived.
+/// Returns the attributes of <photo-3d> that reserve its place in a page before the photo has arrived.
 inline std::string element_size(const image<std::uint8_t>& photo, bool is_whole) {
     return " width=\"" + std::to_string(photo.width()) + "\" height=\"" + std::to_string(photo.height()) + "\"" +
            (is_whole ? "" : " frame=\"crop\"");
@@ -134,7 +134,7 @@ inline std::string viewer_page::with_photo(std::string_view title, const image<s
                                            std::span<const std::byte> glb, bool is_whole, std::string_view snippet) const {
     const std::size_t after_title = title_ + title_marker.size(), after_photo = photo_ + photo_marker.size();
     std::string page;
-    page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // growing, it would need three times its memory
+    page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // without this, growing would need three times its memory
     const std::string shown = escape_html(title);
     page += text_.substr(0, title_) + "<title>" + shown + "</title>" + text_.substr(after_title, photo_ - after_title) +
             "<photo-3d standalone caption=\"" + shown + "\" alt=\"3D photo " + shown + "\"" + element_size(photo, is_whole) +

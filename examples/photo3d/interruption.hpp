@@ -43,7 +43,7 @@ public:
     }
 
 private:
-    static BOOL WINAPI end(DWORD) {  // Windows calls it on a thread of its own
+    static BOOL WINAPI end(DWORD) {  // Windows calls it on a separate thread
         is_ending_ = true;
         discard_();  // waits while files are put in place
         ExitProcess(128 + SIGINT);

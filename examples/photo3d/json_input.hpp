@@ -1,5 +1,5 @@
-// Reads untrusted JSON. nlohmann's library nests values as deeply as the text, and recurses as deeply to copy, print or free
-// them.
+// Reads untrusted JSON with limited nesting. nlohmann's library recurses once per level to copy, print or free a value, so deep
+// nesting could overflow the stack.
 #pragma once
 
 #include <ldi/base/error.hpp>

@@ -46,7 +46,7 @@ inline std::string place_of_fault(const std::string& text) {
         letter = text[i] == '\n' ? 1 : letter + 1;
         line += text[i] == '\n' ? 1U : 0U;
     }
-    return "line " + std::to_string(line) + ", letter " + std::to_string(letter);
+    return "line " + std::to_string(line) + ", column " + std::to_string(letter);
 }
 
 /// Reads the members of one key frame.
@@ -107,7 +107,7 @@ inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file)
         raise(error_code::invalid_data, file.string(), expected, found);
     };
     if (keys.is_discarded()) fail("a list of key frames, as JSON", "invalid JSON at " + place_of_fault(text));
-    if (!keys.is_array()) fail("a list of key frames: [{\"time\": 0, ...}, ...]", "JSON that is no list");
+    if (!keys.is_array()) fail("a list of key frames: [{\"time\": 0, ...}, ...]", "JSON that is not a list");
     if (keys.empty()) fail("a list of key frames", "an empty list");
     std::vector<key_frame> result;
     for (const nlohmann::json& key : keys) {

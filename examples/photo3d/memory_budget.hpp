@@ -44,10 +44,10 @@ inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, con
 /// Bounds the bytes for decoding a photo with its depth maps: one inside, and one that is named or lies beside it.
 struct decoding_cost {
     std::size_t height = 0, width = 0;  ///< size of the photo
-    std::size_t decoding = 0;           ///< of photo and maps
-    std::size_t maps = 0;               ///< of the maps alone
-    std::size_t held_by_maps = 0;       ///< by decoded maps
-    std::size_t in_stages = 0;          ///< by the maps, and by the results of the stages that process them
+    std::size_t decoding = 0;           ///< bytes for decoding the photo and the maps
+    std::size_t maps = 0;               ///< bytes for decoding the maps alone
+    std::size_t held_by_maps = 0;       ///< bytes of the decoded maps
+    std::size_t in_stages = 0;          ///< bytes of the maps and of the results of the stages that process them
 
     /// depth  file of its depth map, empty for none. Raises the errors of reading headers
     decoding_cost(std::span<const std::byte> photo, std::span<const std::byte> depth, const arguments& a, const std::string& name,
@@ -139,7 +139,7 @@ public:
     }
 
 private:
-    std::string expected() const { return "a photo that " + megabytes(limit_) + " of memory hold (--memory)"; }
+    std::string expected() const { return "a photo that " + megabytes(limit_) + " of memory can hold (--memory)"; }
     static std::string megabytes(std::size_t bytes) { return std::to_string((bytes + 999'999) / 1'000'000) + " MB"; }
 
     std::size_t limit_, used_;
@@ -184,8 +184,8 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// Memory for the stages of one photo: the unused part of its share, and more while the budget has it. So the budget also holds
-/// for depth with many times the hidden surfaces of photographs.
+/// Memory for the stages of one photo: the unused part of its share, and more while the budget has it. So the limit is kept even
+/// for depth maps that need many times the hidden surfaces of photographs.
 class metered_memory {
 public:
     /// held  bytes of the share in use outside the stages: files, the photo, depth maps

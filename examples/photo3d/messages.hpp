@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/utf8.hpp>
 #include <ldi/io/system_error.hpp>
 
 #include <cstddef>
@@ -27,23 +28,9 @@ enum exit_code : int {
 
 /// Description for --help and the manual.
 constexpr const char* exit_code_text =
-    "0: done. 1: an input or a place to write to can't be used; the same never succeeds. 2: wrong options. 75: no memory, no "
-    "space, "
-    "a device that fails; the same may succeed later. 70: a defect of the program. Whatever but 0: nothing was written.";
-
-/// Returns the length in bytes of the first character if it is valid UTF-8, else 0.
-inline std::size_t utf8_length(std::string_view text) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const std::size_t length = byte(0) < 0x80                      ? 1
-                               : byte(0) >= 0xC2 && byte(0) < 0xE0 ? 2
-                               : byte(0) >= 0xE0 && byte(0) < 0xF0 ? 3
-                               : byte(0) >= 0xF0 && byte(0) < 0xF5 ? 4
-                                                                   : 0;
-    if (length == 0 || length > text.size()) return 0;
-    for (std::size_t i = 1; i < length; ++i)
-        if ((byte(i) & 0xC0) != 0x80) return 0;
-    return length;
-}
+    "0: done. 1: an input or an output location can't be used; the same call never succeeds. 2: wrong options. 75: no memory, no "
+    "disk space, or a failing device; the same call may succeed later. 70: a defect of the program. With any code but 0, nothing "
+    "was written.";
 
 /// Escapes every control character, and every byte that is not UTF-8, as \xNN.
 inline std::string escaped(std::string_view text) {

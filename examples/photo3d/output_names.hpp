@@ -1,4 +1,4 @@
-// Names of the files that the photos of a batch become. Prevents two photos from becoming the same file, under any name.
+// Names of a batch's output files. Prevents two photos from having the same output file, even under different names.
 #pragma once
 
 #include "file_set.hpp"
@@ -32,7 +32,8 @@ public:
         bool is_new = add(place.string()) && (may_be_new_in_small_letters || !tells_no_case(place.parent_path()));
         if (is_new && std::filesystem::hard_link_count(place, unknown) > 1 && !unknown) is_new = add(file_identity(place));
         if (!is_new)
-            raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
+            raise(error_code::invalid_option, output.string(), "a file that no other photo of the batch writes",
+                  "another photo's output");
     }
 
 private:
@@ -45,7 +46,7 @@ private:
         return (place.parent_path() / name).string();
     }
 
-    /// Tests this with a temporary file.
+    /// Tests with a temporary file whether a folder ignores case in names.
     static bool tells_no_case(const std::filesystem::path& folder) {
         const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(process_number()) + ".tmp"),
                                     capital = folder / (".ldi-CASE-" + std::to_string(process_number()) + ".tmp");

@@ -60,10 +60,10 @@ inline std::string name_of_input(const std::filesystem::path& name) {
 /// All files that a run writes. They appear together at its end, or not at all.
 class output_files {
 public:
-    /// The set of files, for a signal's thread.
+    /// Returns the set of files, which a signal discards.
     file_set& files() { return files_; }
 
-    /// Names an input: a file, a folder of files, or nothing.
+    /// Protects an input (a file, all files of a folder, or standard input) from being an output, too. Ignores an empty name.
     void read_from(const std::filesystem::path& input) {
         std::error_code ignored;
         if (is_standard(input)) files_.protect("/dev/stdin");
@@ -72,8 +72,8 @@ public:
         files_.protect(input);
     }
 
-    /// Names a file that the run will write. Raises the errors of file_set::claim(); invalid_option for a second `-`, and for a
-    /// terminal.
+    /// Registers a file that the run will write. Raises the errors of file_set::claim(); invalid_option for a second `-`, and for
+    /// a terminal.
     void claim(const std::filesystem::path& output, bool is_text = false) {
         if (!is_standard(output)) return files_.claim(output);
         if (uses_standard_output_) raise(error_code::invalid_option, "-", "one output that goes to standard output", "two");
@@ -82,7 +82,7 @@ public:
         uses_standard_output_ = true;
     }
 
-    /// Names a folder for outputs, which may not exist yet. Raises file_access, invalid_option.
+    /// Registers a folder for outputs, which may not exist yet. Raises file_access, invalid_option.
     void claim_folder(const std::filesystem::path& folder) {
         if (folder.empty() || is_standard(folder))
             raise(error_code::invalid_option, "output", "the name of a folder", folder.empty() ? "an empty name" : "-");
@@ -129,18 +129,18 @@ inline void check_ending(const std::filesystem::path& output, std::initializer_l
                          const std::string& what) {
     const std::string extension = extension_of(output);
     if (is_stream(output) || std::find(endings.begin(), endings.end(), extension) != endings.end()) return;
-    raise(error_code::invalid_option, output.string(), "a name that ends in " + std::string(*endings.begin()) + ": " + what,
-          extension.empty() ? "no ending" : extension);
+    raise(error_code::invalid_option, output.string(), "a name that ends in " + std::string(*endings.begin()),
+          (extension.empty() ? "no ending" : extension) + " (" + what + ")");
 }
 
 inline void check_glb_name(const std::filesystem::path& output) {
-    check_ending(output, {".glb"}, "glTF in one binary file, which is what is written");
+    check_ending(output, {".glb"}, "photo3d writes a binary glTF file");
 }
 inline void check_page_name(const std::filesystem::path& output) {
-    check_ending(output, {".html", ".htm"}, "a page, which is what is written");
+    check_ending(output, {".html", ".htm"}, "photo3d writes a web page");
 }
 
-/// Whether this program wrote a file: its first 64 kB contain the mark.
+/// Whether this program wrote a file: whether it contains the mark.
 inline bool is_own_file(const std::filesystem::path& file, std::string_view mark) {
     const std::vector<std::byte> bytes = read_file(file);
     const char* const text = reinterpret_cast<const char*>(bytes.data());
@@ -152,7 +152,7 @@ inline void check_own(const std::filesystem::path& output, std::string_view mark
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(output, ignored) || is_own_file(output, mark)) return;
     raise(error_code::invalid_option, output.string(), "no file, or one that photo3d has written",
-          std::string("another; to replace it, name it: ") + option + " " + output.string());
+          std::string("another file (to replace it, use ") + option + " " + output.string() + ")");
 }
 
 }  // namespace ldi::examples

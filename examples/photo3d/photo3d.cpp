@@ -5,6 +5,7 @@
 #include "conversion.hpp"
 #include "data_files.hpp"
 #include "documents.hpp"
+#include "help_text.hpp"
 #include "interruption.hpp"
 #include "messages.hpp"
 #include "outputs.hpp"
@@ -29,6 +30,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,7 +49,8 @@ std::vector<std::byte> read_element(const std::filesystem::path& viewer) {
     return ldi::read_file(viewer.parent_path() / "photo-3d" / "photo-3d.js");
 }
 
-/// Names the files that a page of --embed refers to. Raises invalid_option.
+/// Chooses the names of the files that a page of --embed refers to: its GLB, if none is given, and its poster. Raises
+/// invalid_option.
 void name_embedded_files(photo_files& names) {
     if (is_standard(names.html) || is_standard(names.glb))
         ldi::raise(ldi::error_code::invalid_option, "--embed", "names of files for the page and the GLB", "standard output");
@@ -59,10 +62,10 @@ void name_embedded_files(photo_files& names) {
 photo_files names_of(const arguments& a) {
     std::error_code ignored;
     if (std::filesystem::is_directory(a.photos.front(), ignored))
-        ldi::raise(ldi::error_code::invalid_option, a.photos.front().string(), "a photo; --batch converts all photos of a folder",
-                   "a folder");
+        ldi::raise(ldi::error_code::invalid_option, a.photos.front().string(), "a photo", "a folder (use --batch for folders)");
     if (a.photos.size() != 1)
-        ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo, or --batch", std::to_string(a.photos.size()));
+        ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo",
+                   std::to_string(a.photos.size()) + " (use --batch for several)");
     photo_files names{a.photos.front(), a.depth, a.output, a.html, a.report, false};
     find_map_beside(names, a);
     if (a.embed) name_embedded_files(names);
@@ -123,7 +126,7 @@ void run(const arguments& a, output_files& files) {
     const photo_files names = names_of(a);
     check_files(a, names, files);
     stage_clock clock(a.quiet);
-    std::optional<viewer_page> viewer;  // first: if it is missing, nothing needs to be computed
+    std::optional<viewer_page> viewer;  // read first, to report a missing viewer before the conversion
     if (!names.html.empty()) viewer.emplace(a.viewer);
     const std::vector<std::byte> element = a.embed ? read_element(a.viewer) : std::vector<std::byte>();
     clock.begin("reading files");
@@ -160,8 +163,8 @@ void run(const arguments& a, output_files& files) {
     print_files(a, names, files.uses_standard_output());
 }
 
-/// Adds options that print the manual page or a shell's completions. Their texts name the program's data relative to the
-/// program.
+/// Adds options that print the manual page or a shell's completions. In their texts, paths of the program's data are relative to
+/// the program.
 void describe_documents(CLI::App& app) {
     app.add_option_function<std::string>(
            "--generate",
@@ -169,28 +172,31 @@ void describe_documents(CLI::App& app) {
                CLI::App described;
                arguments defaults;
                describe(described, defaults, LDI_DATA_FROM_PROGRAM);
-               described.set_help_flag("-h,--help", "print all options and exit");
                throw CLI::CallForVersion(document(described, program_version, kind), 0);
            },
            "print the manual page (man), or what a shell completes (bash, zsh, fish), and exit")
-        ->check(CLI::IsMember({"man", "bash", "zsh", "fish"}));
+        ->check(one_of({"man", "bash", "zsh", "fish"}));
 }
 
 int run_program(int count, char** values) {
     CLI::App app;
     arguments a;
     const std::filesystem::path data = data_folder(values[0]);
+    app.formatter(std::make_shared<help_formatter>());
+    app.get_formatter()->label("Positionals", "Input");
     try {
         describe(app, a, data);
         describe_documents(app);
-        app.footer(app.get_footer() + "\n\nExit codes. " + exit_code_text);
+        app.footer(app.get_footer() + "\n\nExit codes: " + exit_code_text);
         app.parse(count, values);
         apply_preset(app, a);
     } catch (const CLI::Success& e) {
         return app.exit(e);  // --help, --version, --generate
     } catch (const CLI::ParseError& e) {
-        const std::string unknown = unknown_option(app, count, values);
-        say((unknown.empty() ? e.what() : unknown) + " (photo3d --help lists all options)");
+        const bool lacks_photo = e.get_name() == "RequiredError";
+        std::string text = unknown_option(app, count, values);
+        if (text.empty()) text = e.what() + (lacks_photo ? std::string("; usage: ") + usage_text : std::string());
+        say(text + " (photo3d --help lists all options)");
         return exit_usage;
     }
     if (a.batch) return run_batch(a, data);
@@ -210,8 +216,8 @@ int run_program(int count, char** values) {
 
 int main(int count, char** values) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes; returning them to the system in between would cost more time than the
-    // stages.
+    // Every stage allocates and frees tens of megabytes. Returning them to the system after each stage would take more time than
+    // the stages themselves.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

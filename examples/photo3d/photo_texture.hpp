@@ -29,7 +29,7 @@ inline bool needs_sheets(image_view<const std::uint8_t> photo, std::size_t shown
 
 class photo_texture {
 public:
-    /// made         result for options of for_sheets(), if the photo needs sheets
+    /// made         3D photo; if the photo needs sheets, made with options that for_sheets() has adapted
     /// photo        source of `made`; must outlive this object
     /// shown_side   long side of the shown photo; larger photos are shrunk to it
     /// worked_side  long side of the layered image
@@ -108,7 +108,7 @@ private:
     image_view<const std::uint8_t> photo_;
     std::optional<sheet_layout> layout_;  // empty: the atlas is the only texture
     textured_mesh on_sheets_;
-    std::vector<image<std::uint8_t>> drawn_;  // for pictures
+    std::vector<image<std::uint8_t>> drawn_;  // all textures, kept for draw()
 };
 
 }  // namespace ldi::examples

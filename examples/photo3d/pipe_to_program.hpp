@@ -74,7 +74,7 @@ public:
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-        posix_spawnattr_t attributes;  // gives it the signals that a shell would give it
+        posix_spawnattr_t attributes;  // resets signals to what a shell would set
         posix_spawnattr_init(&attributes);
         sigset_t none, piped;
         sigemptyset(&none), sigemptyset(&piped);
@@ -90,7 +90,7 @@ public:
         if (failure != 0) {
             close(input_);
             errno = failure;
-            fail("a program that starts");
+            fail("a program that can be started");
         }
         helping_process = process_;
     }
@@ -105,17 +105,17 @@ public:
         for (std::size_t left = frame.size(); left > 0;) {
             const ssize_t written = ::write(input_, data, left);
             if (written < 0 && errno == EINTR) continue;
-            if (written < 0) fail("to take all frames");
+            if (written < 0) fail("a program that reads all frames");
             data += written, left -= static_cast<std::size_t>(written);
         }
     }
 
-    /// Waits for the program's end. Raises unavailable if it failed, mostly for lack of space; it has printed its own message
-    /// then.
+    /// Waits for the program's end. Raises unavailable if it failed, mostly for lack of disk space; it has printed a message
+    /// itself.
     void finish() {
         const int status = wait();
         if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-            raise(error_code::unavailable, name_, "success", "failure: its message is above");
+            raise(error_code::unavailable, name_, "success", "a failure (see its message above)");
     }
 
 private:

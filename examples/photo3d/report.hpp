@@ -92,7 +92,7 @@ private:
 
 /// Maximum number of pixels at one position.
 inline std::size_t layer_count(const graph_view& g) {
-    buffer<std::uint16_t> count(g.position_count(), 0);  // the surface rule allows 1000 surfaces at one position
+    buffer<std::uint16_t> count(g.position_count(), 0);  // 16 bits, because there may be up to 1000 surfaces at one position
     for (std::int32_t i = 0; i < g.count(); ++i) ++count[g.position_of(i)];
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }

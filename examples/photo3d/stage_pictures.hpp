@@ -63,7 +63,7 @@ inline picture darkened(const picture& p) {
     return result;
 }
 
-/// Draws every curve in its own color on the darkened photo, with its constraints in white.
+/// Draws every silhouette curve in its own color on the darkened photo, and the growth constraints at its ends as white lines.
 inline picture curve_picture(const photo3d& result) {
     picture p = darkened(result.photo);
     const std::size_t columns = p.width();

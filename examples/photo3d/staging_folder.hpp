@@ -32,13 +32,13 @@ struct staging_folder {
 
     void remove() const {
         std::error_code ignored;
-        // Repeats, because a program that writes a file to it may have just made it again.
+        // Repeats, because a program that writes a file to it may have just created it again.
         for (int tries = 0; tries < 8 && std::filesystem::exists(path, ignored); ++tries)
             std::filesystem::remove_all(path, ignored);
     }
 };
 
-/// Removes the folders of killed processes.
+/// Removes the staging folders that killed processes left in `folder`.
 inline void remove_abandoned(const std::filesystem::path& folder) {
     std::error_code failure;
     for (std::filesystem::directory_iterator item(folder, failure), end; !failure && item != end; item.increment(failure)) {
@@ -64,7 +64,7 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside, b
         std::error_code failure;
         std::filesystem::create_directory(made.path, failure);
         if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be made");
-        // Its files may replace private ones.
+        // Only the owner may read the folder, because its files may replace private ones.
         std::filesystem::permissions(made.path, std::filesystem::perms::group_all | std::filesystem::perms::others_all,
                                      std::filesystem::perm_options::remove, failure);
         // A process that searched for abandoned folders just before the lock existed may hold the lock now, and then removes the

@@ -83,8 +83,8 @@ inline std::vector<std::byte> exif_of_program() {
     return exif.bytes;
 }
 
-/// Appends the directory of one of two pictures: its number from the left, the first as the base, parallel axes, and the eye
-/// distance.
+/// Appends the directory of one picture: its number, counted from the left; the number of the base picture, 1; a convergence
+/// angle of 0, for parallel axes; and the eye distance.
 ///
 /// offset  position of the directory
 /// meters  eye distance; 0: unknown

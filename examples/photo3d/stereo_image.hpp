@@ -42,9 +42,9 @@ inline void check_stereo_image(const std::filesystem::path& file, output_files& 
 }
 
 /// Draws the two views of a scene behind a window at the distance of the nearest surface. The window is at the same place for
-/// both eyes, so the picture's edges cut off nothing in front of them. The parallax of the farthest surface is a thirtieth of
-/// the width, or the limit of the photo's motion. If surfaces end at the photo's border, the pictures are narrower than the
-/// photo by this parallax, because the border would be visible.
+/// both eyes, so that no surface in front of the window is cut off by its edges. The parallax of the farthest surface is a
+/// thirtieth of the width, or the limit of the photo's motion. If surfaces end at the photo's border, the pictures are narrower
+/// than the photo by this parallax, because the border would be visible.
 template <executor Executor>
 stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Executor& threads) {
     const pinhole_camera camera = texture.camera();

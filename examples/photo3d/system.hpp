@@ -56,7 +56,7 @@ private:
 #endif
 };
 
-/// Makes standard input and output carry bytes as they are, and a console show UTF-8.
+/// On Windows, switches standard streams to binary mode, and the console to UTF-8.
 inline void prepare_standard_streams() {
 #if defined(_WIN32)
     for (const int number : {0, 1, 2}) _setmode(number, _O_BINARY);

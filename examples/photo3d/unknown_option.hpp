@@ -38,10 +38,11 @@ inline std::string unknown_option(const CLI::App& app, int count, char** values)
         if (!is_short && !name.starts_with("--")) continue;
         if (app.get_option_no_throw(is_short ? name.substr(0, 2) : name) != nullptr) continue;
         std::string nearest;
-        std::size_t least = std::max<std::size_t>(name.size() / 3, 1) + 1;
+        std::size_t min_distance = std::max<std::size_t>(name.size() / 3, 1) + 1;
         for (const CLI::Option* const option : app.get_options())
             for (const std::string& known : option->get_lnames())
-                if (const std::size_t d = distance(name, "--" + known); d < least) least = d, nearest = "--" + known;
+                if (const std::size_t d = distance(name, "--" + known); d < min_distance)
+                    min_distance = d, nearest = "--" + known;
         return "unknown option " + name + (nearest.empty() ? std::string() : "; did you mean " + nearest + "?");
     }
     return {};

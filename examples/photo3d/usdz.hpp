@@ -92,7 +92,7 @@ private:
     std::size_t count_ = 0;
 };
 
-/// Text of a scene.
+/// Builds the text of a USD scene.
 class usda_text {
 public:
     void add(std::string_view part) { text_ += part; }

@@ -51,25 +51,31 @@ inline const std::map<std::string, camera_path>& camera_paths() {
 }
 
 inline void describe_video(CLI::App& app, video_options& v) {
-    CLI::Option* video =
-        app.add_option("--video", v.output,
-                       "video of the result: .mp4, .webp or .gif (requires ffmpeg); any other name: a folder of PNG frames");
-    video->check(named());
+    app.option_defaults()->group("Video");
+    CLI::Option* video = app.add_option(
+        "--video", v.output, "video to write: .mp4, .webp or .gif, which require ffmpeg; any other name: a folder of PNG frames");
+    video->type_name("FILE")->check(named());
     app.add_option("--path", v.path, "camera path: swing, circle, zoom-in, dolly-zoom, or a JSON file of key frames")
+        ->type_name("NAME")
         ->check(named())
         ->needs(video)
         ->capture_default_str();
-    app.add_option("--seconds", v.seconds, "length of the video")->check(between(0.1, 600))->needs(video)->capture_default_str();
+    app.add_option("--seconds", v.seconds, "length of the video, in seconds")
+        ->type_name("NUMBER")
+        ->check(between(0.1, 600))
+        ->needs(video)
+        ->capture_default_str();
     app.add_option("--fps", v.frames_per_second, "frames per second; default 30, or 20 in .webp and .gif")
+        ->type_name("NUMBER")
         ->check(between(1, 120))
         ->needs(video);
     app.add_option("--video-size", v.size, "long side of the video in pixels; default 960, or 480 in .webp and .gif")
+        ->type_name("NUMBER")
         ->check(between(16, 8192))
         ->needs(video);
     app.add_option("--stereo", v.stereo, "stereo video: side-by-side, or anaglyph for red-cyan glasses")
-        ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
+        ->check(one_of({"none", "side-by-side", "anaglyph"}))
         ->needs(video);
-    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 in holes")->check(named());
 }
 
 /// Returns the command line of ffmpeg, which reads raw frames and writes a file that loops if the format supports it.
@@ -97,7 +103,7 @@ inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size
 inline void check_video(const video_options& v, output_files& files) {
     if (!v.depth_map.empty()) {
         files.claim(v.depth_map);
-        check_ending(v.depth_map, {".png"}, "a gray picture of 16 bits, which is what is written");
+        check_ending(v.depth_map, {".png"}, "photo3d writes a gray picture of 16 bits");
     }
     if (v.output.empty()) return;
     for (const char* other : {".mov", ".mkv", ".avi", ".webm", ".m4v", ".png", ".jpg", ".apng"})
@@ -110,15 +116,12 @@ inline void check_video(const video_options& v, output_files& files) {
         files.claim_folder(v.output);
 #if defined(_WIN32)
     if (v.needs_ffmpeg())
-        raise(error_code::invalid_option, v.output.string(),
-              "the name of a folder, for PNG frames: on Windows photo3d does not start ffmpeg, which makes a video of them",
-              v.extension());
+        raise(error_code::invalid_option, v.output.string(), "the name of a folder",
+              v.extension() + " (on Windows, photo3d writes PNG frames, because it does not start ffmpeg)");
 #endif
     if (v.needs_ffmpeg() && !find_program("ffmpeg"))
-        raise(error_code::file_access, v.output.string(),
-              "the program ffmpeg, which writes videos (Debian: apt-get install ffmpeg); a folder's name gives PNG frames "
-              "without it",
-              "no ffmpeg in PATH");
+        raise(error_code::file_access, v.output.string(), "the program ffmpeg in PATH",
+              "none (Debian: apt-get install ffmpeg; if --video names a folder, photo3d writes PNG frames without ffmpeg)");
     if (camera_paths().count(v.path) == 0) load_key_frames(v.path);
 }
 
@@ -151,7 +154,7 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
             views.back().position = within_motion(views.back().position, camera, range, result.facts.motion);
         }
     }
-    // A path that leaves the photo's surroundings has no frame; the end of the surfaces then becomes visible.
+    // If hiding the end of the surfaces would crop frames to less than half, frames are not cropped, and the end becomes visible.
     const float frame = frame_within(views, camera, range, result.facts.margin > 0 ? result.facts.motion : 0.0F);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
     const float scale = std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(camera.width, camera.height)));

@@ -1,5 +1,6 @@
-// Names of files in UTF-8 on Windows. libstdc++ converts a name to UTF-16 with the C library's mbrtowc(), which knows no UTF-8
-// there, and back with UTF-8. This definition, which a static program prefers to the C library's, makes both directions the same.
+// Supports file names in UTF-8 on Windows. libstdc++ converts a UTF-8 name to UTF-16 with the C library's mbrtowc(), which does
+// not support UTF-8 on Windows, but converts the result back to UTF-8. This mbrtowc() decodes UTF-8, so that both directions
+// agree. The linker of a static program prefers it to the C library's.
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
@@ -21,7 +22,7 @@ extern "C" std::size_t mbrtowc(wchar_t* to, const char* from, std::size_t size, 
     };
     const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(from[i])); };
     if (size == 0) return static_cast<std::size_t>(-2);
-    if (pending != 0) return give(pending, 0, 1);  // its first half took all bytes but one
+    if (pending != 0) return give(pending, 0, 1);  // the call for the first half consumed all bytes but one
     if (byte(0) < 0x80) return give(byte(0), 0, 1);
     const std::size_t length = byte(0) >= 0xC2 && byte(0) < 0xE0   ? 2
                                : byte(0) >= 0xE0 && byte(0) < 0xF0 ? 3

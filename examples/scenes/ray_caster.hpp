@@ -135,7 +135,7 @@ struct hit {
     std::int32_t object = -1;
 };
 
-/// False if the ray certainly misses the shape.
+/// Tests whether the ray meets a sphere around the shape. If not, it misses the shape.
 inline bool may_hit(const shape& s, const ray& r) {
     const vector3 to_center = s.place.origin - r.origin;
     const double along_ray = dot(to_center, r.direction), squared = dot(r.direction, r.direction);
@@ -145,15 +145,15 @@ inline bool may_hit(const shape& s, const ray& r) {
     return dot(to_center, to_center) * squared - along_ray * along_ray <= radius_squared * squared * (1 + 1e-12);
 }
 
-/// Finds the first surface farther than `least`.
-inline hit first_hit(const scene& s, const ray& r, double least) {
+/// Finds the first surface farther than `min_distance`.
+inline hit first_hit(const scene& s, const ray& r, double min_distance) {
     hit nearest;
     for (std::size_t i = 0; i < s.objects.size(); ++i) {
         if (!may_hit(s.objects[i].form, r)) continue;
         const crossings c = intersect(s.objects[i].form, r);
         for (int k = 0; k < c.count; ++k) {
             const double distance = c.distance[static_cast<std::size_t>(k)];
-            if (distance > least && distance < nearest.distance) nearest = {distance, static_cast<std::int32_t>(i)};
+            if (distance > min_distance && distance < nearest.distance) nearest = {distance, static_cast<std::int32_t>(i)};
         }
     }
     return nearest;

@@ -14,7 +14,7 @@
 
 namespace {
 
-/// Stores 12 significant bits, spread over 16: finer ones are invisible and do not compress.
+/// Stores 12 significant bits, spread over 16. Finer steps of depth would be invisible and would not compress.
 ldi::image<std::uint16_t> stored(const ldi::image<float>& disparity) {
     ldi::image<std::uint16_t> result(disparity.height(), disparity.width());
     std::transform(disparity.begin(), disparity.end(), result.begin(), [](float d) {

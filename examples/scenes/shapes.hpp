@@ -19,7 +19,7 @@ struct ray {
 /// A shape around the origin of its own frame.
 struct shape {
     enum class kind {
-        rectangle,  ///< |x| <= size.x, |y| <= size.y, z = 0; without an inside, crossed once
+        rectangle,  ///< |x| <= size.x, |y| <= size.y, z = 0; has no inside: a ray hits it at most once
         box,        ///< |x| <= size.x, |y| <= size.y, |z| <= size.z
         sphere,     ///< radius size.x
         rod,        ///< a cylinder of radius size.x about the y axis, |y| <= size.y, with flat ends

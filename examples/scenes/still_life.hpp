@@ -192,7 +192,7 @@ struct still_life_builder {
 
 }  // namespace detail
 
-/// Disparity 1 and 0 are the nearest and the farthest visible surface.
+/// Builds the still life. Disparity 1 is the nearest visible surface, 0 the farthest.
 inline scene still_life(std::int32_t width = 1152, std::int32_t height = 1536) {
     detail::still_life_builder b;
     b.result.camera = {width, height, focal_length_from_field_of_view(56, width, height)};

@@ -98,7 +98,10 @@ inline texture checker(const vector3& a, const vector3& b, double square, double
     };
 }
 
-/// A ball of colored segments between its poles, with white caps.
+/// Texture of a ball: segments between its poles, alternately colored and white; the colored ones are alternately a and b. The
+/// caps at the poles have color c.
+///
+/// pairs  number of colored segments
 inline texture segments(const vector3& a, const vector3& b, const vector3& c, int pairs) {
     return [=](const surface_point& s) {
         const double radius = length(s.local);
@@ -106,7 +109,7 @@ inline texture segments(const vector3& a, const vector3& b, const vector3& c, in
         const double t = phase - std::floor(phase);
         const bool odd = static_cast<std::int64_t>(std::floor(phase)) % 2 == 0;
         const vector3 white = from_srgb(240, 236, 226);
-        // The seams have a fixed width on the surface, not a fixed angle.
+        // The soft edges between the segments have a fixed width on the surface, not a fixed angle.
         const double soft = 0.006 * pairs / std::max(0.1, std::sqrt(1 - s.local.y * s.local.y / (radius * radius)));
         const vector3 colored = mix(odd ? a : b, white, smooth_step(0.5 - soft, 0.5 + soft, t));
         const vector3 segment = mix(colored, odd ? b : a, smooth_step(1 - 2 * soft, 1, t));
@@ -137,7 +140,7 @@ inline texture bricks(const vector3& light, const vector3& dark, const vector3& 
     };
 }
 
-/// Wooden boards next to each other along v, `wide` across u, with dark joints, growth rings and pores.
+/// Wooden boards that lie along v, each `wide` in u, with dark joints, growth rings and pores.
 inline texture boards(const vector3& light, const vector3& dark, double wide, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const double across = s.u / wide;
@@ -155,7 +158,7 @@ inline texture boards(const vector3& light, const vector3& dark, double wide, st
     };
 }
 
-/// Solid wood whose trunk ran along the local y axis.
+/// Solid wood with growth rings around an axis parallel to the local y axis.
 inline texture solid_wood(const vector3& light, const vector3& dark, double ring_width, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const vector3 p = s.local * (1 / ring_width);

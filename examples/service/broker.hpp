@@ -71,7 +71,7 @@ public:
         };
         amqp_field_value_t limit{};
         limit.kind = AMQP_FIELD_KIND_I32,
-        limit.value.i32 = static_cast<std::int32_t>(delivery_limit) - 1;  // times that a message may return
+        limit.value.i32 = static_cast<std::int32_t>(delivery_limit) - 1;  // times that the queue delivers a message again
         const amqp_table_entry_t quorum{amqp_cstring_bytes("x-queue-type"), text("quorum")};
         declare(names.dead, {quorum});
         declare(names.results, {quorum});

@@ -1,7 +1,7 @@
 # Runs a RabbitMQ broker on a free port, with all its data in one folder. Scripts that need a broker source this file.
 #
 #   start_broker FOLDER    starts the broker, with the data in FOLDER if present; sets broker_url
-#   stop_broker            ends the broker like a restart of its machine
+#   stop_broker            ends the broker and keeps its data, like a restart of its machine
 #   remove_broker          ends the broker and the processes that Erlang leaves running
 
 # shellcheck shell=bash disable=SC2034
@@ -31,9 +31,8 @@ start_broker() {
         : >"$folder/plugins"
     fi
     broker_url=amqp://guest:guest@127.0.0.1:$broker_port
-    # Debian's wrapper in the PATH would switch to another user and use the system's folders. With systemd's variable set, the script
-    # becomes the broker instead of starting it, so that its process is the broker's. Busy waiting is off, because workers need the
-    # cores.
+    # Debian's wrapper in the PATH would switch to another user and use the system's folders. RUNNING_UNDER_SYSTEMD makes the script
+    # replace itself by the broker (exec), so that $! is the broker's process. Busy waiting is off, because workers need the cores.
     env RUNNING_UNDER_SYSTEMD=1 RABBITMQ_SERVER_ADDITIONAL_ERL_ARGS="+sbwt none +sbwtdcpu none +sbwtdio none" HOME="$folder" ERL_EPMD_PORT="$broker_names_port" ERL_EPMD_ADDRESS=127.0.0.1 RABBITMQ_CONF_ENV_FILE="$folder/environment" \
         RABBITMQ_NODENAME="ldi-$broker_port@localhost" RABBITMQ_DIST_PORT="$broker_distribution_port" \
         RABBITMQ_CONFIG_FILE="$folder/broker.conf" RABBITMQ_ENABLED_PLUGINS_FILE="$folder/plugins" \

@@ -22,10 +22,10 @@
 namespace ldi::examples {
 
 /// Photos to be converted, named by their keys in the storage. `job` distinguishes submissions of the same key. A message with
-/// the same job and photos may be sent again: the work is done once.
+/// the same job and photos may be sent again: workers do the work only once.
 struct photo_message {
     static constexpr std::size_t max_photos = 64, max_job_bytes = 200;
-    /// maximum size of its text, with every letter of a key as \uXXXX
+    /// maximum size of its text, even if every character of every key is written as \uXXXX
     static constexpr std::size_t max_bytes = std::size_t{1} << 19;
 
     std::string job;

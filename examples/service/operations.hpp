@@ -39,9 +39,8 @@ public:
     prometheus::Counter& bytes_read = counter("photo3d_read_bytes_total", "Bytes of photos that were read.");
     prometheus::Counter& bytes_written = counter("photo3d_written_bytes_total", "Bytes of GLB files that were written.");
     prometheus::Counter& messages = counter("photo3d_messages_total", "Messages that were acknowledged.");
-    prometheus::Counter& given_back = counter("photo3d_messages_given_back_total", "Messages that were given back.");
-    prometheus::Counter& storage_failures =
-        counter("photo3d_storage_failures_total", "Tries that failed because of the storage.");
+    prometheus::Counter& given_back = counter("photo3d_messages_given_back_total", "Messages that were returned to the queue.");
+    prometheus::Counter& storage_failures = counter("photo3d_storage_failures_total", "Failed requests to storage.");
     prometheus::Counter& connections = counter("photo3d_broker_connections_total", "Connections made to the broker.");
 
     /// Counts a photo that failed permanently, by error code.
@@ -63,18 +62,18 @@ private:
     prometheus::Counter& photos(const char* outcome) {
         return prometheus::BuildCounter()
             .Name("photo3d_photos_total")
-            .Help("Photos by what became of them.")
+            .Help("Photos by outcome.")
             .Register(registry_)
             .Add({{"outcome", outcome}});
     }
 
     prometheus::Family<prometheus::Counter>& failures_ = prometheus::BuildCounter()
                                                              .Name("photo3d_failures_total")
-                                                             .Help("Photos that failed for good, by code.")
+                                                             .Help("Photos that failed permanently, by code.")
                                                              .Register(registry_);
     prometheus::Family<prometheus::Histogram>& stages_ = prometheus::BuildHistogram()
                                                              .Name("photo3d_stage_seconds")
-                                                             .Help("Seconds that a photo was in a stage.")
+                                                             .Help("Duration of a stage for one photo, in seconds.")
                                                              .Register(registry_);
 };
 

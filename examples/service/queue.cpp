@@ -111,7 +111,7 @@ void submit(const queue_options& options) {
     write_line({{"job", options.job}, {"photos", photos}, {"messages", to.count()}, {"seconds", seconds_since(begun)}});
 }
 
-/// A file of lines that only grows. Lines that it contains when it is opened count as seen.
+/// A file to which documents are appended, one per line. Adds the identifiers of those that it already contains to `seen`.
 class line_file {
 public:
     /// Opens the file. Raises file_access, invalid_data, unavailable.
@@ -124,8 +124,8 @@ public:
             const std::optional<nlohmann::ordered_json> document = parse_document(lines.text());
             if (!document)
                 raise(error_code::invalid_data, path.string() + ", line " + std::to_string(lines.number()),
-                      "a document as this program writes it; to begin anew, name another file",
-                      "\"" + lines.text().substr(0, 200) + "\"");
+                      "a document that this program has written",
+                      "\"" + lines.text().substr(0, 200) + "\" (to start over, name another file)");
             whole += static_cast<off_t>(lines.text().size()) + 1;
             seen.insert(id_of(*document));
         }
@@ -159,7 +159,8 @@ private:
     std::string text_;
 };
 
-/// Calls take(document) for each document of a message. A dead letter from the broker is the original message.
+/// Calls take(document) for each document of a message. A dead letter that the broker made contains the original message; take()
+/// then gets one document per photo, with the error.
 template <class Take>
 void for_each_document(const delivery& message, Take take) {
     if (message.reason_of_death.empty()) {
@@ -167,9 +168,8 @@ void for_each_document(const delivery& message, Take take) {
         return take(
             document_of_refused(message.body, {exit_never, "invalid data", "expected a photo's document, found another text"}));
     }
-    const failure why{
-        exit_try_again, message.reason_of_death,
-        "given out " + std::to_string(broker_connection::delivery_limit) + " times, and nobody who had it came to its end"};
+    const failure why{exit_try_again, message.reason_of_death,
+                      "delivered " + std::to_string(broker_connection::delivery_limit) + " times, but no worker completed it"};
     photo_message names;
     try {
         names = parse_message(message.body);
@@ -245,7 +245,7 @@ private:
 int main(int count, char** values) {
     using namespace ldi::examples;
     spare_memory::put_by();
-    CLI::App app("Sends photos to workers, and collects what became of them.");
+    CLI::App app("Sends photos to workers, and collects the results.");
     queue_options options;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     options.job = "job-" + std::to_string(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
@@ -254,7 +254,8 @@ int main(int count, char** values) {
     CLI::App* const sending = app.add_subcommand("submit", "reads keys of photos from standard input, one per line");
     sending
         ->add_option("--job", options.job,
-                     "tells these photos from others of the same keys, 1 to 200 bytes; default: from the time")
+                     "name that distinguishes these photos from earlier ones with the same keys, 1 to 200 bytes; default: made "
+                     "from the current time")
         ->check(CLI::Validator(
             [](const std::string& name) {
                 const bool is_good = !name.empty() && name.size() <= photo_message::max_job_bytes;
@@ -265,9 +266,9 @@ int main(int count, char** values) {
         ->check(between(1, photo_message::max_photos))
         ->capture_default_str();
     CLI::App* const collecting = app.add_subcommand("collect", "writes a line of JSON per photo");
-    collecting->add_option("--results", options.results, "file of those that were converted")->required();
-    collecting->add_option("--dead", options.dead, "file of those that can't be")->required();
-    collecting->add_option("--expected", options.expected, "number of photos after which to end; 0: never")
+    collecting->add_option("--results", options.results, "file for the documents of converted photos")->required();
+    collecting->add_option("--dead", options.dead, "file for the documents of failed photos")->required();
+    collecting->add_option("--expected", options.expected, "number of photos after which the program ends; 0: it never ends")
         ->capture_default_str();
     app.require_subcommand(1);
     try {

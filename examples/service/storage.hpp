@@ -114,7 +114,7 @@ private:
     file_handle folder_of(const std::string& key, bool makes_missing) const {
         check_key(key);
         file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
-        // for example, not mounted at the moment
+        // The folder may be on a disk that is not mounted at the moment: a later attempt may succeed.
         if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");
         for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
             if (makes_missing && ::mkdirat(folder.number(), name.c_str(), 0777) != 0 && errno != EEXIST) fail(key, "a folder");

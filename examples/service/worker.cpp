@@ -40,7 +40,7 @@ std::atomic<bool> is_ending{false};
 struct worker_options {
     std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", photos, outputs, http;
     double patience = 600;       // seconds; less than the half hour after which RabbitMQ delivers a message again
-    std::uint16_t prefetch = 1;  // with more, a photo that crashes workers also returns messages that are not to blame
+    std::uint16_t prefetch = 1;  // with more, a crash also uses up one delivery of each other message that the worker holds
     std::vector<std::string> conversion;
 };
 
@@ -164,17 +164,19 @@ private:
 };
 
 void describe(CLI::App& app, worker_options& options) {
-    app.description("Converts photos that messages of a queue name. After -- come options of photo3d --batch.");
+    app.description("Converts the photos that are named by messages of a queue. Options after -- are those of photo3d --batch.");
     app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")->capture_default_str();
-    app.add_option("--queue", options.queue, "name of the queue; NAME.results and NAME.dead go with it")->capture_default_str();
-    app.add_option("--photos", options.photos, "where photos lie: a folder, or s3://BUCKET/PREFIX")->required();
-    app.add_option("--outputs", options.outputs, "where GLB files and their documents go, likewise")->required();
+    app.add_option("--queue", options.queue, "name of the queue; results go to NAME.results and NAME.dead")
+        ->capture_default_str();
+    app.add_option("--photos", options.photos, "storage of the photos: a folder, or s3://BUCKET/PREFIX")->required();
+    app.add_option("--outputs", options.outputs, "storage for GLB files and documents: a folder, or s3://BUCKET/PREFIX")
+        ->required();
     app.add_option("--http", options.http, "HOST:PORT that answers /metrics and /health; default: none");
-    app.add_option("--prefetch", options.prefetch, "messages that it holds at once")
+    app.add_option("--prefetch", options.prefetch, "maximum number of messages that the worker holds at once")
         ->check(between(1, 1000))
         ->capture_default_str();
     app.add_option("--patience", options.patience,
-                   "seconds for which it tries again what storage can't do, before it gives a message back")
+                   "seconds for which the worker retries failed requests to storage, before it returns a message to the queue")
         ->check(between(0, 1700))
         ->capture_default_str();
     app.add_option("CONVERSION", options.conversion, "options of photo3d, after --");

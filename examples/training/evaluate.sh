@@ -20,7 +20,7 @@ pictures=$root/out/training
 mkdir -p "$built" "$pictures"
 export PYTHONDONTWRITEBYTECODE=1
 
-# Prints those of the given paths that are missing. Fails if one is.
+# Succeeds if all given paths exist. Otherwise prints the first missing one.
 are_there() {
     local path
     for path in "$@"; do

@@ -66,7 +66,7 @@ class PartialConvolutionNetwork(nn.Module):
         self.channels, self.kernels = channels, kernels
         self.encoder = nn.ModuleList(PartialConvolution(a, b, k, 2, normalize=i > 0, leak=0.0)
                                      for i, (a, b, k) in enumerate(zip(c_in, channels, kernels)))
-        # decoder[j] undoes encoder[-1 - j]; its last layer returns colors without activation
+        # decoder[j] doubles the resolution that encoder[-1 - j] halved; the last layer returns colors without activation
         self.decoder = nn.ModuleList(PartialConvolution(channels[i] + c_in[i], c_in[i], 3, normalize=i > 0, leak=LEAK if i > 0 else None)
                                      for i in reversed(range(len(channels))))
 

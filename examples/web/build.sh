@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # build.sh: compiles the converter to WebAssembly and makes the page, build/web/photo3d.html (one file) and build/web/site/ (a folder
-# for a server). Installs missing packages. Prints the path of the file.
+# for a server). Installs missing packages. Prints the path of photo3d.html.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -13,9 +13,9 @@ viewer=$("$top/examples/viewer/build.sh" | tail -n 1)
 build=$top/build/web
 libraries=$("$top/packaging/libraries.sh" web pugixml lcms2 libde265 libheif)
 mkdir -p "$build/headers"
-ln -sfn /usr/include/stb "$build/headers/stb"  # all of /usr/include would bring this machine's C library
+ln -sfn /usr/include/stb "$build/headers/stb"  # -I/usr/include would include this machine's C library
 
-export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
+export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # Debian's folders of the modules that Emscripten's scripts import
 # compile NAME SOURCE FLAG...: writes NAME.js and NAME.wasm.
 compile() {
     local made=$build/$1.wasm

@@ -61,13 +61,13 @@ const assets = {
     "inpainting.halves": splitHalves(await readFile(join(models, "farbrausch.safetensors"))),
     "viewer.html": Buffer.from(viewerPage),
 };
-/** Replaces the converter on pages with threads, which only a server can allow. */
+/** Files that replace the converter on pages where threads are allowed. Only a server can allow them. */
 const assetsOfThreads = {
     "converter_threads.js": await minify("converter_threads.js"),
     "converter_threads.worker.js": await minify("converter_threads.worker.js"),
     "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
 };
-/** Loaded with the first HEIC photo, and only from the folder, because these files would enlarge the page by a ninth. */
+/** Files that the page loads for the first HEIC photo. Only the folder has them: they would enlarge the one-file page by a ninth. */
 const assetsOfHeic = {
     "heic.js": Buffer.concat([await minify("heic.js"), Buffer.from("\n"), Buffer.from(await bundleFile("heic.js"))]),
     "heic.wasm": await readFile(join(built, "heic.wasm")),
@@ -78,7 +78,11 @@ const style = await bundleFile("style.css");
 const program = (await bundleFile("main.js", { format: "iife" })).replace(/<\/script/g, "<\\/script");
 const template = await readFile(join(source, "page.html"), "utf8");
 
-/** @param {string} assetsText @param {string} server  origins from which the page may read files @param {string} heic  where HEIC is read */
+/**
+ * @param {string} assetsText
+ * @param {string} server  origins from which the page may read files
+ * @param {string} heic  end of the sentence "HEIC ..." on the page: the condition under which the page reads HEIC
+ */
 function makePage(assetsText, server, heic) {
     const scripts = [program, ...viewerScripts].map(hashOf).join(" ");
     const policy =

@@ -43,7 +43,7 @@ struct executor_of_page : thread_pool {
 using executor_of_page = serial_executor;
 #endif
 
-/// Everything that lasts longer than a call.
+/// State that is kept between calls.
 struct converter {
     executor_of_page threads;
     std::optional<tiefenrausch> depth;
@@ -168,7 +168,7 @@ photo3d make(photo_with_depth input) {
     return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options, state().threads);
 }
 
-/// Writes the GLB. Keeps it with what the page must know.
+/// Encodes the GLB and the poster, and keeps them with the figures that the page reads.
 ///
 /// is_exact  write the texture as PNG, so that a test can compare its pixels
 void encode(const photo3d& made, const std::string& name, bool is_exact) {
@@ -194,7 +194,7 @@ void encode(const photo3d& made, const std::string& name, bool is_exact) {
 
 std::span<const std::byte> bytes_of(const void* data, std::size_t size) { return {static_cast<const std::byte*>(data), size}; }
 
-/// A scene of discs before a slope: all stages have something to do.
+/// Makes a scene of discs in front of a slope, on which every stage has work to do.
 photo_with_depth scene_for_warm_up() {
     constexpr std::size_t height = 384, width = 512;
     photo_with_depth scene;
@@ -227,8 +227,8 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
-/// Frees the GLB and the poster, so that every photo finds the memory in the same state. A block that stayed, such as the
-/// capacity that `poster = {}` keeps, would lie elsewhere after each photo and split the free memory.
+/// Frees the GLB and the poster, so that every photo finds the memory in the same state. A block that remained, such as the
+/// capacity that `poster = {}` keeps, would have another address after each photo and fragment the free memory.
 EMSCRIPTEN_KEEPALIVE void web_release() {
     state().glb = {};
     std::vector<std::byte>().swap(state().poster);
@@ -248,8 +248,8 @@ EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
     });
 }
 
-/// Checks a file's header; returns 1 if web_open() decodes it, 2 if the browser must (formats of other libraries, color
-/// profiles), or 0 after an error.
+/// Checks a file's header; returns 1 if web_open() decodes the file, 2 if the browser must decode it (a format or a color profile
+/// for which this program has no library), or 0 after an error.
 EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const char* name) {
     int decoder = 1;
     const int is_done = attempt([&] {

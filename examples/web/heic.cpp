@@ -1,5 +1,5 @@
 // Reads HEIC photos and the depth inside them with libheif, to the same pixels as the program. build.sh compiles it to
-// WebAssembly; source/heic.js calls it in a Worker of its own, so that a page without HEIC photos never loads it.
+// WebAssembly; source/heic.js calls it in a separate Worker, which the page starts for HEIC photos only.
 
 #include <ldi/io/photo_depth.hpp>
 

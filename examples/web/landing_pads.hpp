@@ -1,6 +1,7 @@
-// Mends exceptions in threads for Emscripten 3.1.6 with Debian's clang 14 and -fwasm-exceptions -pthread. There, a handler of one
-// type catches nothing: the runtime passes the exception's type through a variable of each thread, but clang's code reads a
-// common one. clang uses the declaration of the variable that it finds in the program, and this one has the right storage.
+// Fixes exceptions in threads for Emscripten 3.1.6 with Debian's clang 14 and -fwasm-exceptions -pthread. There, a `catch` of one
+// type catches nothing: the runtime passes the exception's type through the thread-local variable __wasm_lpad_context, but
+// clang's code reads a global variable of that name. If the program declares the variable, clang uses that declaration: this one
+// is thread-local.
 #pragma once
 
 #if defined(__EMSCRIPTEN_PTHREADS__) && defined(__wasm_exception_handling__)

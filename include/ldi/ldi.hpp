@@ -13,6 +13,7 @@
 #include <ldi/base/memory.hpp>
 #include <ldi/base/named_tensors.hpp>
 #include <ldi/base/progress.hpp>
+#include <ldi/base/utf8.hpp>
 
 #include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>
@@ -20,6 +21,7 @@
 #include <ldi/core/columns.hpp>
 #include <ldi/core/components.hpp>
 #include <ldi/core/diffusion.hpp>
+#include <ldi/core/discontinuity.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
@@ -31,6 +33,7 @@
 #include <ldi/core/runs.hpp>
 #include <ldi/core/single_layer.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/core/trace_curves.hpp>
 #include <ldi/core/validate.hpp>
 #include <ldi/core/window.hpp>
 
@@ -66,7 +69,6 @@
 
 #include <ldi/depth/align_silhouettes.hpp>
 #include <ldi/depth/decided_depth.hpp>
-#include <ldi/depth/discontinuity.hpp>
 #include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/network_decider.hpp>
@@ -74,7 +76,6 @@
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/sharpen_edges.hpp>
 #include <ldi/depth/step_band.hpp>
-#include <ldi/depth/trace_curves.hpp>
 #include <ldi/depth/weighted_median.hpp>
 
 #include <ldi/occlusion/discontinuity_curves.hpp>

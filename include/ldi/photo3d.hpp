@@ -1,7 +1,8 @@
-// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
-// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
-// in the headers below. Call these functions to run some stages only, or to insert your own.
+// Converts a photo to a 3D photo: calls all stages of the paper in its order. Stages beyond the paper sharpen depth edges
+// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add texture to hidden
+// surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
+// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run some stages
+// only, or to insert your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -41,10 +42,10 @@ struct basic_photo3d {
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
-    /// Number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped: a surface stretches across
-    /// each. 0 for photographs.
+    /// Number of pixel sides in silhouettes that were dropped because of curve_options::max_density or max_sides. The mesh
+    /// connects the front and the back surface across these sides. 0 for photographs.
     std::size_t dropped_sides = 0;
-    /// The motion is below expand_options::motion if expand_options::iterations or max_hidden bounded the hidden surfaces.
+    /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
     chart_set charts;
@@ -55,7 +56,7 @@ using photo3d = basic_photo3d<>;
 
 /// Colors the hidden surfaces, then restores the colors of the rims.
 ///
-/// rims       from lift_photo()
+/// rims       lifted_photo::rims of these layers
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
@@ -70,9 +71,9 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 ///
 /// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  as for inpaint_hidden()
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 ///
-/// Raises the errors of the stages.
+/// Raises the same errors as the overload for a photo, estimator and decider, except theirs.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -110,15 +111,25 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// Converts a photo to a 3D photo.
 ///
 /// photo           H x W x 3, at least one pixel
-/// estimator       for the photo's depth
-/// decider         for the sides of pixels beside silhouettes, such as aligned_silhouettes
+/// estimator       source of the photo's depth
+/// decider         decides whether pixels beside a silhouette belong to the front or the back surface, such as
+///                 aligned_silhouettes
 /// own             columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the
 ///                 vertices
 /// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
 ///                 texture
 ///
-/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md has the peaks.
+/// Raises
+/// - invalid_data for a photo without a pixel or with other channels, and for disparity that is not finite or that is inverse
+///   depth below 0
+/// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
+/// - invalid_option for an option outside its range
+/// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps
+/// - out_of_memory, and canceled if options.progress requests to stop
+/// - the errors of the estimator, the decider and the inpainter.
+///
+/// Memory and time are bounded for any depth map: each stage documents its bound, and bench/photo3d/README.md lists measured
+/// peaks.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
           executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
@@ -126,26 +137,21 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
+/// Same, without columns of the caller.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// Converts a photo to a 3D photo; aligned_silhouettes decides the sides of pixels beside silhouettes.
-///
-/// photo      H x W x 3, at least one pixel
-/// estimator  for the photo's depth
-/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
-///
-/// Raises the errors of the stages.
+/// Same, with aligned_silhouettes as the decider.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
                                    Executor&& threads = {}) {
     return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
+/// Same, with aligned_silhouettes as the decider and without columns of the caller.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}) {

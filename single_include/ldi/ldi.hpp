@@ -14,10 +14,11 @@
 // ---- ldi/base/config.hpp
 // Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own, the
+//                         same in all translation units of a program that define it.
 // LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
 // LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types, and kernels for specific instruction sets.
-//                         Scalar code then computes everything. ldi does the same for other compilers.
+//                         Scalar code then computes everything, as it always does with other compilers.
 // LDI_CONFIGURATION       name of the inline namespace that contains all of ldi, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do
 //                         not define it.
 //
@@ -286,7 +287,9 @@ inline const memory& current_memory() { return *detail::memory_of_thread(); }
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
 class memory_scope {
 public:
+    /// from  must outlive the scope
     explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
+    explicit memory_scope(const memory&&) = delete;
     ~memory_scope() { detail::memory_of_thread() = before_; }
     memory_scope(const memory_scope&) = delete;
     memory_scope& operator=(const memory_scope&) = delete;
@@ -377,9 +380,9 @@ struct memory_block {
 
 /// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
-/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps its
-/// values; without exceptions, it raises error_code::out_of_memory. It also keeps them if a copy constructor throws while it
-/// grows or is assigned. It raises too_large for a size beyond the address space.
+/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
+/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
+/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign().
 template <class T>
 class buffer {
 public:
@@ -474,7 +477,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
-    /// The values to assign must not lie in this buffer, except a single one.
+    /// `value` may lie in this buffer; the range of the other assign() must not.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -554,7 +557,7 @@ public:
     }
 
 private:
-    // Compiler built-in: the standard library's traits instantiate several more templates for every type of value.
+    // Uses a compiler built-in, because the standard library's traits instantiate several more templates for every type of value.
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
@@ -575,14 +578,14 @@ private:
         block_.size = count;
     }
 
-    void reallocate(std::size_t new_capacity) {  // called rarely, from many places
+    void reallocate(std::size_t new_capacity) {  // calls functions that are not inlined, because it runs rarely
         if constexpr (moves_as_bytes)
             block_.reallocate(new_capacity, sizeof(T), alignment);
         else
             move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
-        buffer moved;  // destroys its values and releases `place` if a constructor throws, else does so with the old block
+        buffer moved;  // its destructor releases `place` if a constructor throws, and otherwise the old block
         moved.block_ = {place, 0, new_capacity, block_.from};
         for (; moved.size() < size(); ++moved.block_.size) ::new (moved.place_at_end()) T(std::move(data()[moved.size()]));
         swap(moved);
@@ -622,7 +625,7 @@ public:
 
     constexpr T* data() const { return data_; }
     constexpr std::size_t size() const { return size_; }
-    /// Returns size() as an index.
+    /// Returns size() in the type of ldi's indices.
     std::int32_t count() const {
         LDI_ASSERT(size_ <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size_);
@@ -878,12 +881,37 @@ struct progress_listener {
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
     bool (*is_canceled)(void* user) = nullptr;
 
-    /// Reports progress. Raises error_code::canceled if the caller requests to stop.
+    /// Reports progress. Raises canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
         if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
     }
 };
+
+}}  // namespace ldi
+
+// ---- ldi/base/utf8.hpp
+// Recognizes characters of text in UTF-8 (RFC 3629).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
+/// in its shortest form, for example because it is empty. Surrogates are no characters.
+inline std::size_t utf8_length(std::string_view text) {
+    if (text.empty()) return 0;
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
+    };
+    const unsigned lead = byte(0);
+    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+    if (lead == 0xED) good = good && byte(1) < 0xA0;
+    if (lead == 0xF0) good = good && byte(1) >= 0x90;
+    if (lead == 0xF4) good = good && byte(1) < 0x90;
+    return good ? 1 + more : 0;
+}
 
 }}  // namespace ldi
 
@@ -1025,9 +1053,10 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 }
 
 /// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
-/// cause equal motion on screen.
+/// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range).
 struct depth_range {
-    float z_near = 1.0F;  ///< depth at disparity 1, in meters if known
+    float z_near = 1.0F;  ///< depth at disparity 1
     float z_far = 10.0F;  ///< depth at disparity 0
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
@@ -1038,7 +1067,8 @@ struct depth_range {
     /// end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // the maximum is length (r - 1) / (r + 1), r^2 = a / b
+        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger divided by the smaller inverse depth.
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
     }
 };
 
@@ -1084,9 +1114,11 @@ namespace detail {
           std::to_string(width) + " x " + std::to_string(height));
 }
 
+[[noreturn]] inline void refuse_pixel_count() { raise(error_code::too_large, "graph", "fewer than 2^31 pixels", "more"); }
+inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
+
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only graph_view, graph and graph_builder can derive from it and change it, so that a finished graph never receives unchecked
-/// columns.
+/// Only graph_view, graph and graph_builder can derive from it and change it, so that other code cannot change a finished graph.
 template <class Column>
 class index_columns {
     static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
@@ -1100,7 +1132,7 @@ public:
 
     /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// Returns K as an index.
+    /// Returns K in the type of ldi's indices.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
@@ -1108,13 +1140,16 @@ public:
     index_view y() const& { return y_; }
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
-    index_view neighbors(side s) const& { return neighbors_[static_cast<std::size_t>(s)]; }
+    index_view neighbors(side s) const& {
+        LDI_ASSERT(static_cast<std::size_t>(s) < 4);
+        return neighbors_[static_cast<std::size_t>(s)];
+    }
     index_view up() const& { return neighbors(side::up); }
     index_view down() const& { return neighbors(side::down); }
     index_view left() const& { return neighbors(side::left); }
     index_view right() const& { return neighbors(side::right); }
 
-    // Columns of a temporary owner, which would be destroyed with it.
+    // No views of a temporary owner's columns, which would be destroyed with the owner.
     index_view x() const&& requires is_owner = delete;
     index_view y() const&& requires is_owner = delete;
     index_view neighbors(side) const&& requires is_owner = delete;
@@ -1123,7 +1158,10 @@ public:
     index_view left() const&& requires is_owner = delete;
     index_view right() const&& requires is_owner = delete;
 
-    std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
+    template <std::integral Index>
+    std::int32_t neighbor(Index pixel, side s) const {
+        return neighbors(s)[pixel];
+    }
 
     /// Number of lattice positions, W x H.
     std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
@@ -1163,7 +1201,8 @@ private:
 class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size, too_large for 2^31 pixels or
+    /// more.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
@@ -1172,6 +1211,7 @@ public:
         : index_columns(width, height) {
         x_ = x, y_ = y;
         column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
+        if (x.size() > detail::max_pixels) detail::refuse_pixel_count();
         for (const index_view& column : {y, up, down, left, right})
             if (column.size() != x.size())
                 raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",
@@ -1209,8 +1249,8 @@ inline bool operator==(const graph& a, const graph& b) { return graph_view(a) ==
 }}  // namespace ldi
 
 // ---- ldi/core/validate.hpp
-// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() asserts that there
-// is none. Call validate() to check a graph_view of your own memory.
+// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() raises an error if
+// there is a violation. Call validate() to check a graph_view of your own memory.
 
 #include <optional>
 
@@ -1277,6 +1317,17 @@ inline std::optional<violation> validate(const graph_view& g) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Tag for overloads that skip a check. The caller guarantees what the check would find out.
+struct unchecked_t {};
+inline constexpr unchecked_t unchecked{};
+
+namespace detail {
+[[noreturn]] inline void refuse_graph(const violation& found) {
+    raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
+          "a violation at pixel " + std::to_string(found.pixel));
+}
+}  // namespace detail
+
 /// A graph under construction. It can be read like a finished graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
@@ -1286,14 +1337,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
-    /// count          number of initial pixels, all at (0, 0) and without links
+    /// count          number of initial pixels, all at (0, 0) and without links; raises too_large for 2^31 or more
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
+        if (count > detail::max_pixels) detail::refuse_pixel_count();
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
     /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
     /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
+        if (count > detail::max_pixels) detail::refuse_pixel_count();
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
@@ -1304,9 +1357,11 @@ public:
         for (const side s : all_sides) column(s) = g.neighbors(s).copy();
     }
 
-    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice.
+    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice. Raises too_large if
+    /// there are 2^31 - 1 pixels.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
+        if (size() >= detail::max_pixels) detail::refuse_pixel_count();
         make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
         for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
@@ -1317,7 +1372,7 @@ public:
     /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
         return exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
-               x_[b] == x_[a] + step_x(s) && y_[b] == y_[a] + step_y(s);
+               x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
 
@@ -1332,20 +1387,25 @@ public:
     void unlink(std::int32_t a, side s) {
         LDI_ASSERT(exists(a));
         std::int32_t& there = column(s)[a];
-        if (there == no_pixel) return;
-        column(opposite(s))[there] = no_pixel;
+        if (exists(there)) column(opposite(s))[there] = no_pixel;  // set_neighbor() may have stored any number
         there = no_pixel;
     }
 
-    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, which could change the graph
-    /// after build().
+    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, because the caller could
+    /// change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
     /// direction, too. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
+    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
+    /// then remains unchanged. Linear time.
     graph build() && {
+        if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
+        return graph(std::move(*this));
+    }
+    /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
+    graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }
@@ -1375,7 +1435,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
             g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
             g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
-    return std::move(g).build();
+    return std::move(g).build(unchecked);
 }
 
 }}  // namespace ldi
@@ -1420,7 +1480,7 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns a column whose pixel i is pixel `order[i]` of `column`, with `channels` scalars per pixel.
+/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     buffer<Scalar> result(order.size() * channels);
@@ -1449,7 +1509,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
             result.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
         }
     }
-    return std::move(result).build();
+    return std::move(result).build(unchecked);
 }
 
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
@@ -1469,9 +1529,9 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel. Up to three static functions
-/// compute the values of new pixels, coarser levels and vertices; a default replaces each function that a tag lacks. A function
-/// with one of these names and another signature does not compile.
+/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel, at most 64 KiB in all. Tags are
+/// never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a default
+/// replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -1487,11 +1547,15 @@ template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
-    { T::channels } -> std::convertible_to<std::size_t>;
-    requires(T::channels > 0 && T::channels <= 65536);
+    requires std::integral<std::remove_cv_t<decltype(T::channels)>>;
+    requires(T::channels > 0 && T::channels <= 65536 && sizeof(typename T::scalar) * T::channels <= 65536);
 };
 
-/// Rules for new pixels: the value of the pixel whose surface continues, or zero.
+/// Whether a column is one of `Columns`.
+template <class Column, class... Columns>
+concept one_of = (std::is_same_v<Column, Columns> || ...);
+
+/// Rules for new pixels. copied() returns the value of the pixel whose surface the new pixel continues; zeroed() returns 0.
 template <class Scalar>
 constexpr Scalar copied(Scalar origin) {
     return origin;
@@ -1502,7 +1566,8 @@ constexpr Scalar zeroed(Scalar) {
 }
 
 /// All channels of one or more pixels. A rule receives all of them, so that it can renormalize a vector or let pixels vote. The
-/// first pixel is the one that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+/// first pixel is the one that a coarser level keeps, or the vertex's own pixel (textured_mesh::pixels). All pixels have equal
+/// weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -1518,9 +1583,12 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Whether averaged() accepts the type. A mean of 64-bit identifiers or of enumerators has no meaning.
+/// Whether averaged() accepts the type. A mean of 64-bit identifiers, of enumerators or of texts has no meaning.
 template <class Scalar>
-concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4);
+concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4) && requires(Scalar s) {
+    static_cast<double>(s);
+    static_cast<Scalar>(1.0);
+};
 
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
@@ -1548,8 +1616,8 @@ using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
 template <payload_column Column>
 using values_of = std::array<typename Column::scalar, Column::channels>;
 
-/// Whether a tag has a member with the name of a rule, of whatever type or signature. Every name of `rule_names` is ambiguous in
-/// a class that inherits from the tag and from `rule_names`, if the tag has it, too.
+/// Detects whether a tag has a member with the name of a rule, whatever its type. column_and_names inherits from the tag and from
+/// rule_names. If the tag has the name, too, the name is ambiguous in column_and_names, and the concept lacks_... is false.
 struct rule_names {
     int new_pixel, coarser, at_vertex;
 };
@@ -1571,9 +1639,9 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag's rule, if it has one, accepts exactly the values of its column, by value or const reference, and returns them.
-/// Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would
-/// silently cut off values.
+/// Whether a tag has a rule that accepts exactly the values of its column, by value or const reference, and returns them. The
+/// constants ..._fits are true for such a rule and for a tag without the rule. Without this check, the default would silently
+/// replace a rule with a wrong signature, and a rule for a smaller type would silently cut off values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -1633,9 +1701,9 @@ values_of<Column> vertex_values(pixels_of<Column> pixels) {
         return averaged(pixels);
 }
 
-template <class Column, class Scalar>
-std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
-    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < column.size() / Column::channels);
+template <class Column, class Scalar, std::integral Index>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Index pixel) {
+    LDI_ASSERT(static_cast<std::size_t>(pixel) < column.size() / Column::channels);
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
 }
@@ -1646,7 +1714,7 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 
 }  // namespace detail
 
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
+/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, meaningless until the pixel is inpainted.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
@@ -1724,8 +1792,9 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    // Per entry of `origins`, then per old pixel: whether a piece contains it. Old pixels need it only from the first piece that
-    // does not continue the previous piece of old pixels: pieces are usually in the order of the photo.
+    // Whether a piece contains each entry of `origins`, followed by the same for each old pixel. Pieces usually contain the old
+    // pixels in ascending order. As long as they do, the number of old pixels so far, `continued`, is enough. The entries for old
+    // pixels are added at the first piece out of order.
     buffer<bool> seen(new_count);
     std::size_t total = 0, continued = 0;
     bool is_in_order = true;
@@ -1819,7 +1888,7 @@ class layered_image {
 public:
     /// Whether the layered image has this column.
     template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+    static constexpr bool has = one_of<Column, Columns...>;
 
     layered_image() = default;
     /// Initializes all columns to zero.
@@ -1828,19 +1897,19 @@ public:
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Moves the graph and the common columns from another layered image. Columns that it lacks become zero.
+    /// Moves the graph and the common columns from another layered image. Columns that the other image lacks become zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
-        const auto make = [&]<class Column>(const Column&) {
+        const auto make = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (!layered_image<Others...>::template has<Column>)
                 values<Column>().resize(other.size() * Column::channels);
         };
-        const auto take = [&]<class Column>(const Column&) {
+        const auto take = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
         };
-        (make(Columns{}), ...);  // first, so that `other` does not change if memory runs out
-        (take(Columns{}), ...);
+        (make(std::type_identity<Columns>{}), ...);  // first, so that `other` does not change if memory runs out
+        (take(std::type_identity<Columns>{}), ...);
         graph_ = std::move(other.graph_);
         other = {};
     }
@@ -1860,31 +1929,31 @@ public:
     std::size_t size() const { return graph_.size(); }
 
     /// Returns K x channels scalars.
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<typename Column::scalar> column() & {
         return values<Column>();
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const& {
         return std::get<storage<Column>>(columns_).values;
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         values<Column>() = std::move(scalars);
@@ -1899,7 +1968,7 @@ public:
             layered_image &image, &edited;
             graph_builder links;
             ~restorer() {
-                edited.graph_ = std::move(links).build();
+                edited.graph_ = std::move(links).build(unchecked);
                 image = std::move(edited);
             }
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
@@ -1907,14 +1976,14 @@ public:
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. If it does, or if memory
-    /// runs out, nothing changes.
+    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
+    /// memory runs out, the image is unchanged.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K, one per pixel; raises mismatch for another number
+    /// kept  K values, one per pixel; raises mismatch for another number
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
@@ -1930,7 +1999,7 @@ public:
                 b.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
             }
         }
-        *this = with_pixels(std::move(b).build(), old_index);
+        *this = with_pixels(std::move(b).build(unchecked), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
@@ -1945,11 +2014,11 @@ public:
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
-        const auto move_column = [&]<class Column>(const Column&) {
+        const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
             old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
-        (move_column(Columns{}), ...);
+        (move_column(std::type_identity<Columns>{}), ...);
         result.graph_ = std::move(grown.topology);
         *this = std::move(result);
         return std::move(grown.pieces);
@@ -2020,7 +2089,7 @@ std::optional<violation> validate(const Layers& layers) {
 
 // ---- ldi/core/runs.hpp
 // Runs: pixels that are contiguous in memory and linked from left to right. An LDI in canonical order consists mostly of long
-// runs, so that a walk over runs is a walk over image rows.
+// runs, so that code can process them like the rows of an image.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2074,8 +2143,8 @@ enum class orphan_rule {
 };
 
 namespace detail {
-/// Explores a pixel's 2 x 2 group breadth-first, in the order up, down, left, right. Returns the first pixel that it finds at the
-/// group's even/even corner, or no_pixel.
+/// Explores a pixel's 2 x 2 group breadth-first, in the order up, down, left, right. Returns the first pixel that it finds at
+/// even x and even y, or no_pixel.
 inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
@@ -2155,8 +2224,9 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
 /// Assigns to every pixel without a parent the parent of the nearest pixel that has one, counted in links. Breadth-first
 /// exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is reachable.
 ///
-/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues along
-/// the neighbor's own path. Pixels can therefore be settled in the order of their distance.
+/// Linear time: assigns parents ring by ring. A ring consists of the pixels at one distance from the nearest pixel with a parent.
+/// Breadth-first exploration from a pixel finds the path that starts with the first side on which the neighbor is one link
+/// closer, and continues with that neighbor's path. The pixel therefore adopts the parent of this neighbor.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
     constexpr std::int32_t pending = no_pixel - 1;  // marks pixels that are already in the next ring
     const auto parent_beside = [&](std::int32_t pixel) {
@@ -2176,7 +2246,7 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
-        // Settles a whole ring before the next, because pixels at the same distance must not adopt from each other.
+        // Assigns the parents of a whole ring at once, because pixels at the same distance must not adopt from each other.
         for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
@@ -2194,18 +2264,18 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
 /// position of a kept pixel is halved.
 ///
-/// Two kept pixels are linked if a path of two links connected them. They are two steps apart in one direction, so only the
-/// straight path is possible.
+/// Two kept pixels are linked if a path of two links connects them in the fine graph. They are two steps apart in one direction,
+/// so only the straight path is possible.
 ///
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
-/// group; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides about pixels without such a
-/// path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
+/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
+/// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     const buffer<pixel_run> runs = runs_of(g);
     graph_builder coarse = detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build();
+    result.topology = std::move(coarse).build(unchecked);
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
@@ -2253,7 +2323,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
 
     coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
                                         std::move(level.parent)};
-    const auto fill = [&]<class Column>(const Column&) {
+    const auto fill = [&]<class Column>(std::type_identity<Column>) {
         buffer<typename Column::scalar> values;
         for (std::int32_t c = 0; c < count; ++c) {
             values.clear();
@@ -2263,16 +2333,16 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
             std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
         }
     };
-    (fill(Columns{}), ...);
+    (fill(std::type_identity<Columns>{}), ...);
     return result;
 }
 
 }}  // namespace ldi
 
 // ---- ldi/base/disjoint_sets.hpp
-// Disjoint sets of the integers from 0, merged in almost constant time: union-find with path halving (Tarjan and van Leeuwen,
-// "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
-// the order of merging.
+// Disjoint sets of the integers from 0, merged in logarithmic amortized time: union-find with path halving (Tarjan and van
+// Leeuwen, "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not
+// depend on the order of merging.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2336,8 +2406,8 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/core/components.hpp
-// Connected components: sets of pixels that links connect. Depth cleaning uses them (paper, section "Geometry", isolated features
-// at middle values), as does other code that treats a surface as a unit.
+// Connected components of a graph: sets of pixels that links connect, for code that treats a surface as a unit. Depth cleaning,
+// which has no graph yet, finds the components of a disparity map instead (depth/middle_components.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2349,14 +2419,14 @@ struct components {
     std::size_t count() const { return size.size(); }
 };
 
-/// Finds the connected components of a graph in almost linear time. Pixels may be in any order. Canonical order is fastest:
-/// linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
+/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
+/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
     const buffer<pixel_run> runs = runs_of(g);
-    buffer<std::int32_t>& run_of = result.label;  // run of each pixel, until labels replace it
+    buffer<std::int32_t>& run_of = result.label;  // run of each pixel; the same memory receives the labels at the end
     run_of.resize(count);
     disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
@@ -2392,11 +2462,11 @@ inline components connected_components(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/diffusion.hpp
-// Isotropic diffusion of colors or other values into unknown cells (paper, section "Texture Atlas Generation", both paddings;
-// also inpainting without a network). Each unknown cell becomes the mean of its neighbors, which is the smoothest interpolation
-// of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
+// Isotropic diffusion of colors or other values into unknown cells. It fills the padding around charts (paper, section "Texture
+// Atlas Generation"), and inpaints without a network. Each unknown cell becomes the mean of its neighbors, which is the smoothest
+// interpolation of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation needs as many rounds as the gap is wide. This code joins the linked cells of 2 x 2 blocks into coarser cells,
+// Plain relaxation needs more rounds the wider a gap is. This code joins the linked cells of 2 x 2 blocks into coarser cells,
 // level by level, until every cell borders on a known one. It solves the coarsest level first. Each finer level starts from the
 // values of the coarser one, so that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so
 // results stay in the range of the known values.
@@ -2589,6 +2659,20 @@ private:
 
 }}  // namespace ldi
 
+// ---- ldi/core/discontinuity.hpp
+// A depth discontinuity: the side that a far and a near pixel share.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A side of a pixel where depth is discontinuous.
+struct discontinuity {
+    std::int32_t back;   ///< pixel on the far side
+    std::int32_t front;  ///< pixel on the near side
+    side toward_front;   ///< direction from `back` to `front`
+};
+
+}}  // namespace ldi
+
 // ---- ldi/core/image.hpp
 // Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that memory of an engine, OpenCV or NumPy is
 // used without a copy. They return an `image`, which owns its values.
@@ -2676,6 +2760,7 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) const {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data_ + static_cast<std::size_t>(y) * row_stride_;
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
@@ -2690,10 +2775,17 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
+namespace detail {
+template <class>
+inline constexpr bool is_image_view = false;
+template <class Scalar>
+inline constexpr bool is_image_view<image_view<Scalar>> = true;
+}  // namespace detail
+
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 ///
-/// A temporary image converts to a read-only view, so that it can be an argument. C++ cannot tell this from
-/// `image_view<const T> v = make();`, whose view refers to a destroyed image. view() and row() of a temporary do not compile.
+/// A temporary image converts to a read-only view, so that it can be an argument. Therefore `image_view<const T> v = make();`
+/// compiles, too, but `v` then refers to a destroyed image. view() and row() of a temporary do not compile.
 template <class Scalar>
 class image {
 public:
@@ -2758,10 +2850,12 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) & {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
     const Scalar* row(Index y) const& {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
@@ -2801,6 +2895,16 @@ bool same_shape(const auto& a, const auto& b) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+template <payload_column... Columns>
+class layered_view;
+
+namespace detail {
+template <class>
+inline constexpr bool is_layered_view = false;
+template <class... Columns>
+inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
+}  // namespace detail
+
 /// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
 template <payload_column... Columns>
 class layered_view {
@@ -2808,7 +2912,7 @@ class layered_view {
 
 public:
     template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+    static constexpr bool has = one_of<Column, Columns...>;
 
     /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
@@ -2818,20 +2922,22 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
-    /// Accepts an image or layer that is not a temporary, or any other view.
+    /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
+    /// column(), unless it is a temporary.
     template <has_columns<Columns...> Layers>
-    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> && requires { std::declval<Layers>().topology(); })
+    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
+             (std::is_lvalue_reference_v<Layers> || detail::is_layered_view<std::remove_const_t<Layers>>))
         layered_view(Layers&& layers)
         : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
 
     const graph_view& topology() const { return graph_; }
     std::size_t size() const { return graph_.size(); }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const {
         return std::get<shown<Column>>(columns_).values;
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
 
@@ -2854,7 +2960,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
-    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
+    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). make_photo3d()
+    /// requires 0.001 to 1.
     float max_step = 0.05F;
 
     /// Whether two neighbors with these disparities are on one surface. False if either is NaN.
@@ -2877,7 +2984,7 @@ inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
-    depth_range range{};      ///< distances at disparity 1 and 0
+    depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
     /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0 if
     /// there are none.
@@ -2913,30 +3020,30 @@ public:
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
     };
 
-    explicit pixel_region(std::int32_t width = 0) : width_(width) { first_run_.push_back(0); }
+    explicit pixel_region(std::int32_t width = 0) : width_(width) {}
 
     void add_run(std::int32_t first, std::int32_t last) {
         LDI_ASSERT(first >= 0 && first < last && last <= width_);
-        if (runs_.count() > first_run_.back() && runs_.back().last == first) {
+        const bool is_first = runs_.count() == first_run(height());
+        if (!is_first && runs_.back().last == first) {
             runs_.back().last = last;
         } else {
-            LDI_ASSERT(runs_.count() == first_run_.back() || runs_.back().last < first);
-            runs_.push_back({first, last, count_});
+            LDI_ASSERT(is_first || runs_.back().last < first);
+            runs_.push_back({first, last, count()});
         }
-        count_ += last - first;
     }
-    void end_row() { first_run_.push_back(runs_.count()); }
+    void end_row() { row_ends_.push_back(runs_.count()); }
 
     std::int32_t width() const { return width_; }
-    std::int32_t height() const { return first_run_.count() - 1; }
+    std::int32_t height() const { return row_ends_.count(); }
     /// Number of pixels.
-    std::int32_t count() const { return count_; }
-    std::size_t size() const { return static_cast<std::size_t>(count_); }
+    std::int32_t count() const { return runs_.empty() ? 0 : runs_.back().pixel_at(runs_.back().last); }
+    std::size_t size() const { return static_cast<std::size_t>(count()); }
 
     /// Returns the runs of a row; empty for rows outside the lattice.
     std::span<const run> row(std::int32_t y) const {
         if (y < 0 || y >= height()) return {};
-        return {runs_.data() + first_run_[y], static_cast<std::size_t>(first_run_[y + 1] - first_run_[y])};
+        return {runs_.data() + first_run(y), static_cast<std::size_t>(row_ends_[y] - first_run(y))};
     }
 
     /// Writes the numbers of the pixels at (x, y), (x + 1, y), ...; no_pixel outside the region.
@@ -2956,9 +3063,12 @@ public:
     }
 
 private:
-    std::int32_t width_, count_ = 0;
+    /// Index of the first run of a row.
+    std::int32_t first_run(std::int32_t y) const { return y == 0 ? 0 : row_ends_[y - 1]; }
+
+    std::int32_t width_;
     buffer<run> runs_;
-    buffer<std::int32_t> first_run_;  // index of each row's first run, then the number of runs
+    buffer<std::int32_t> row_ends_;  // number of runs up to the end of each row
 };
 
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
@@ -3019,7 +3129,7 @@ template <payload_column... Columns>
 class single_layer {
 public:
     template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+    static constexpr bool has = one_of<Column, Columns...>;
 
     single_layer() = default;
     /// Raises mismatch unless the pixels are those of one layer in the photo's order.
@@ -3035,27 +3145,27 @@ public:
     const graph& topology() const& { return layers_.topology(); }
     const graph& topology() const&& = delete;  // the graph would be destroyed with the layer
     std::size_t size() const { return layers_.size(); }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<typename Column::scalar> column() & {
         return layers_.template column<Column>();
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const& {
         return layers_.template column<Column>();
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const&& = delete;
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return layers_.template at<Column>(pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return layers_.template at<Column>(pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
-    template <payload_column Column>
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
+    template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));
     }
@@ -3069,10 +3179,9 @@ public:
     /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // normals stay with their pixels up to the mesh
     template <payload_column Column>
-    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
-        static_assert(!has<Column>);
+    requires(!has<Column>) single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
         if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         single_layer<Columns..., Column> result;
         result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
@@ -3093,6 +3202,193 @@ using photo_layer = single_layer<color_column, disparity_column, known_column, m
 
 }}  // namespace ldi
 
+// ---- ldi/core/trace_curves.hpp
+// Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
+
+// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each direction in which a discontinuity leaves the
+// corner.
+class corner_map {
+public:
+    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
+        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
+    }
+
+    void add(std::int32_t corner, side toward) {
+        if (present_[corner] == 0) used_.push_back(corner);
+        present_[corner] |= bit(toward);
+        const std::int32_t other = next(corner, toward);
+        if (present_[other] == 0) used_.push_back(other);
+        present_[other] |= bit(opposite(toward));
+        ++side_count_;
+    }
+
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+    const buffer<std::int32_t>& used() const { return used_; }
+    std::size_t side_count() const { return side_count_; }
+    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
+    std::int32_t x(std::int32_t c) const { return c % stride_; }
+    std::int32_t y(std::int32_t c) const { return c / stride_; }
+    std::int32_t next(std::int32_t c, side toward) const { return c + step_x(toward) + step_y(toward) * stride_; }
+    bool has(std::int32_t c, side toward) const { return (present_[c] & bit(toward)) != 0; }
+    bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
+    bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
+    int degree(std::int32_t c) const {
+        int count = 0;
+        for (side s : all_sides) count += has(c, s) ? 1 : 0;
+        return count;
+    }
+    void remove(std::int32_t c, side toward) {
+        LDI_ASSERT(has(c, toward));
+        present_[c] ^= bit(toward);
+        present_[next(c, toward)] ^= bit(opposite(toward));
+        --side_count_;
+    }
+
+private:
+    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
+
+    std::int32_t stride_, width_, height_;
+    buffer<std::uint8_t> present_;
+    buffer<std::int32_t> used_;
+    std::size_t side_count_ = 0;
+};
+
+// A traced curve: its sides, and its corners, one more than its sides.
+struct trace {
+    buffer<std::int32_t> corners;
+    buffer<discontinuity> sides;
+    bool is_closed = false;
+};
+
+class tracer {
+public:
+    // disparity         width x height values; must outlive the tracer
+    // is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
+    template <class IsCut>
+    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
+        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
+        for (std::int32_t y = 0; y < height; ++y) {
+            const std::int32_t start = y * width;
+            for (std::int32_t x = 0; x + 1 < width; ++x)
+                if (is_cut(start + x, side::right)) all_.add(all_.corner(x + 1, y), side::down);
+            if (y + 1 == height) break;
+            for (std::int32_t x = 0; x < width; ++x)
+                if (is_cut(start + x, side::down)) all_.add(all_.corner(x, y + 1), side::right);
+        }
+    }
+
+    // Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    void prune_spurs(std::size_t min_length) {
+        buffer<std::pair<std::int32_t, side>> spur;
+        for (std::int32_t end : all_.used()) {
+            if (all_.degree(end) != 1 || all_.on_border(end)) continue;
+            spur.clear();
+            std::int32_t corner = end;
+            side toward = side::left;
+            for (side s : all_sides)
+                if (all_.has(corner, s)) toward = s;
+            bool runs_on = true;
+            while (runs_on && spur.size() < min_length) {
+                spur.emplace_back(corner, toward);
+                corner = all_.next(corner, toward);
+                runs_on = !ends_curves(corner);
+                if (runs_on) toward = onward(corner, opposite(toward));
+            }
+            if (spur.size() < min_length && all_.degree(corner) > 2)
+                for (const auto& [from, s] : spur) all_.remove(from, s);
+        }
+    }
+
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed curves.
+    template <class Visit>
+    void for_each_curve(Visit&& visit) const {
+        corner_map left = all_;
+        for (std::int32_t corner : all_.used())
+            if (ends_curves(corner))
+                for (side s : all_sides)
+                    if (left.has(corner, s)) visit(follow(left, corner, s));
+        for (std::int32_t corner : all_.used())
+            for (side s : all_sides)
+                if (left.has(corner, s)) visit(follow(left, corner, s));
+    }
+
+    const corner_map& corners() const { return all_; }
+
+    // Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
+    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
+        const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
+        return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
+    }
+
+private:
+    // Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
+    // two curves pass each other there, without a junction.
+    bool ends_curves(std::int32_t corner) const {
+        const int degree = all_.degree(corner);
+        return degree != 2 && !(degree == 4 && is_checkered(corner));
+    }
+    bool is_checkered(std::int32_t corner) const {
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
+               surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
+    }
+    // Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
+    // a pixel of the back surface, because the pixels of the front surface stay connected.
+    side onward(std::int32_t corner, side from) const {
+        if (all_.degree(corner) == 2) {
+            for (side s : all_sides)
+                if (s != from && all_.has(corner, s)) return s;
+        }
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        const bool falling =
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels are at the upper left and lower right
+        switch (from) {
+            case side::left: return falling ? side::down : side::up;
+            case side::down: return falling ? side::left : side::right;
+            case side::right: return falling ? side::up : side::down;
+            case side::up: break;
+        }
+        return falling ? side::right : side::left;
+    }
+
+    trace follow(corner_map& left, std::int32_t corner, side toward) const {
+        trace t;
+        t.corners.push_back(corner);
+        while (true) {
+            t.sides.push_back(discontinuity_between(corner, toward));
+            left.remove(corner, toward);
+            corner = all_.next(corner, toward);
+            t.corners.push_back(corner);
+            if (ends_curves(corner)) return t;
+            toward = onward(corner, opposite(toward));
+            if (!left.has(corner, toward)) {  // back at the start of a closed curve
+                t.is_closed = true;
+                return t;
+            }
+        }
+    }
+
+    // Returns the two pixels that share the pixel side from `corner` to the next corner in direction `toward`.
+    discontinuity discontinuity_between(std::int32_t corner, side toward) const {
+        const bool vertical = toward == side::up || toward == side::down;
+        const std::int32_t x = all_.x(corner) - (toward == side::left ? 1 : 0), y = all_.y(corner) - (toward == side::up ? 1 : 0);
+        const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
+        const side first_to_second = vertical ? side::right : side::down;
+        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
+        return {first, second, first_to_second};
+    }
+
+    std::int32_t width_;
+    const float* disparity_;
+    surface_rule surface_;
+    corner_map all_;
+};
+
+}}}}  // namespace ldi::detail::curves
+
 // ---- ldi/core/window.hpp
 // Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
 // "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
@@ -3104,8 +3400,8 @@ inline constexpr std::int32_t max_kernel_size = 15;
 
 namespace detail {
 
-/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. Each
-/// corner then is two steps away on two paths, and no other path leads there.
+/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
+/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
 inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
     const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
     if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
@@ -3122,7 +3418,8 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
-///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no link leads there inside the window
+///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
+///              there
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
 /// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
@@ -3180,10 +3477,10 @@ enum class cpu_feature {
 
 // ---- ldi/kernels/detail/target.hpp
 // Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
-// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
-// them. Code between the two macros must not contain lambdas or standard templates over vector types, or call an outside
-// function that uses intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if
-// every index is a constant.
+// LDI_BEGIN_TARGET("features") and LDI_END_TARGET are compiled for the named processor features in every translation unit. Code
+// between the two macros must not contain lambdas or standard templates over vector types, and must not call functions outside
+// that use intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index
+// is a constant.
 
 #if LDI_HAS_EXTENSIONS && (defined(__x86_64__) || defined(__i386__))
 #define LDI_HAS_X86_KERNELS 1
@@ -3299,8 +3596,8 @@ inline bool has_dot_product_extension() {
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
-/// AVX-VNNI.
+/// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so an
+/// operating system that supports AVX2 supports it, too.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
     return found;
@@ -3412,9 +3709,9 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
 }}  // namespace ldi
 
 // ---- ldi/kernels/requantize.hpp
-// Exact integer requantization of an int32 accumulator, or of the sum of two 8-bit tensors, to 8 bits. The arithmetic is that of
-// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set
-// must return the values of these functions.
+// Exact integer requantization to 8 bits, of an int32 accumulator (a sum of products) or of the sum of two 8-bit tensors. The
+// arithmetic is that of QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit.
+// Every instruction set must return the values of these functions.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3624,15 +3921,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Arguments of a convolution for one panel of outputs: pixels and weights.
 template <class Value>
 struct conv_panel_input {
-    const Value* const* rows;
+    const Value* const* rows;  ///< addresses of the first pixel's pieces
+    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
     std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;
+    const Value* weights;  ///< of the panel
 };
 
 /// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
-    const float *bias, *ratios;
+    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
     float negative_slope;
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
@@ -3663,7 +3961,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return sums;
 }
 
-/// Same as add_products(), but multiplies every group of four bytes of a by the same four bytes of b, from `4 * lane` on.
+/// Same as add_products(), but multiplies every group of four bytes of a by one group of b, bytes 4 * lane to 4 * lane + 3.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
@@ -4617,9 +4915,9 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
 }}  // namespace ldi
 
 // ---- ldi/kernels/area_resize.hpp
-// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. The mean
-// runs horizontally, then vertically, and is rounded half to even. The input of the published depth network was made in this
-// order.
+// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. Pixels
+// are averaged horizontally, then vertically, and the mean is rounded half to even. The input of the published depth network was
+// made in this order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -4723,7 +5021,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 }
 
 /// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
-/// mixed colors at the borders. Raises error_code::invalid_data if the source or the result has no pixel.
+/// mixed colors at the borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -4836,10 +5134,10 @@ LDI_END_TARGET
 // ---- ldi/kernels/detail/conv_avx512.hpp
 // AVX-512 code that conv_f32 and conv_u8 share.
 //
-// A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
-// one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
-// the multiplication itself broadcasts. A tile has 24 independent sums. 4 sums (Zen 4) or 8 (Intel) would hide the latency, but
-// large tiles save loads of weights that do not fit in the first-level cache.
+// A tile consists of some pixels and one panel of outputs (detail/panel_cut.hpp); its sums stay in registers. For each input (or
+// group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
+// the panel has a single vector, the multiplication itself broadcasts. A full tile has 24 independent vectors of sums. 4 (Zen 4)
+// or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -4884,7 +5182,7 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// The ratio of all pixels of a call without ratios.
+/// Ratio that applies to all pixels if a call has no ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
 /// Mask of the existing outputs among the panel's 16 lanes that start at `from`.
@@ -4894,7 +5192,7 @@ template <class Output>
     return static_cast<__mmask16>(count >= conv_whole ? 0xFFFFU : (1U << count) - 1U);
 }
 
-/// Returns the value and hides its origin from the compiler.
+/// Returns the value, and hides from the compiler how it was computed (see conv_tile_pointers).
 template <class T>
 [[gnu::always_inline]] inline T opaque(T value) {
     asm("" : "+r"(value));
@@ -5211,7 +5509,7 @@ inline float multiply_add(float a, float b, float c) {
 #endif
 }
 
-/// Computes the sums of `pixels` pixels with one panel of weights.
+/// Computes `pixels` pixels with one panel of weights.
 template <std::size_t pixels>
 inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
                       std::size_t first_output, const float* ratios, float* result) {
@@ -5251,9 +5549,10 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 // ---- ldi/kernels/conv_f32/wasm.hpp
 // kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
 //
-// A load broadcasts an input to all lanes, and the panel's vectors share it. V8 allocates 15 registers and moves loads to the
-// front: 8 sums, 2 vectors of weights, 4 of inputs. Tiles process one input at a time, because V8 would load the second input
-// before it computes the products of the first.
+// A load broadcasts an input to all lanes, and the panel's vectors share it. V8 has 15 registers to allocate, and moves all loads
+// to the front of the loop. A tile of 4 pixels and 2 vectors therefore has 14 live vectors: 8 of sums, 2 of weights and 4 of
+// inputs. Tiles process one input at a time, because V8 would load the second input before it computes the products of the
+// first.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -5357,6 +5656,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
+/// after    activation to apply after the bias
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
@@ -5522,8 +5822,8 @@ template <class Result>
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
 //     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
-//     load_weights(from)
-//     add_products(sums, inputs, weights)
+//     load_weights(from)                              loads a group's weights for `width` outputs
+//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
@@ -5750,8 +6050,8 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
 //     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
-//     load_weights(from)
-//     add_products(sums, inputs, weights)
+//     load_weights(from)                              loads a group's weights for `width` outputs
+//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
@@ -5883,8 +6183,8 @@ template <class Result>
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
 //     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
-//     load_weights(from)
-//     add_products(sums, inputs, weights)
+//     load_weights(from)                              loads a group's weights for `width` outputs
+//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
@@ -6056,8 +6356,8 @@ template <class Result>
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
 //     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
-//     load_weights(from)
-//     add_products(sums, inputs, weights)
+//     load_weights(from)                              loads a group's weights for `width` outputs
+//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
@@ -6156,6 +6456,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// zero_points        one per input of a piece
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
+/// after              activation to apply after the bias
 /// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
@@ -6220,11 +6521,11 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {min - int{zero_point}, max - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.
+/// Maximum number of inputs of kernels without a fused multiply-add, which first widen the inputs into a buffer of fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
 /// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /
-/// scale.
+/// scale. Writes the constants of their requantization to `fast`.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
@@ -6238,9 +6539,10 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// Returns the fastest instruction set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes.
+/// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of its float
+/// requantization to `fast`, except for scalar and NEON, which requantize in integers. x86 and NEON multiply by signed bytes.
 /// Weights in -127..128 (zero point 127) fit after negation; the requantization then reads negated sums. AVX2 also accepts wider
-/// weights. NEON requantizes in integers.
+/// weights.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -6274,10 +6576,10 @@ struct depthwise_u8_weights {
     std::size_t channels = 0;
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
-    buffer<std::int16_t> wide;  ///< scalar, WebAssembly: weight minus its zero point
-    /// AVX2, VNNI, NEON: weight minus its zero point, or the negative of it, as in gemm_u8_weights
+    buffer<std::int16_t> wide;  ///< weights minus their zero point, for scalar and WebAssembly
+    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated where gemm_u8_weights negates them.
     buffer<std::int8_t> narrow;
-    buffer<std::uint32_t> order;  ///< AVX2: number of terms that the weights of each unit are split into
+    buffer<std::uint32_t> order;  ///< for AVX2: number of terms into which avx2_packing.hpp splits each unit of channels
     buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
     requantization output;        ///< as in gemm_u8_weights
     float_requantization fast;    ///< as in gemm_u8_weights
@@ -6417,7 +6719,8 @@ struct depthwise_stretches {
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // column index plus one
+            // Column of the enlarged row, plus one: 0 is the padding to the left of the row.
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }
         return at(columns);
@@ -7109,7 +7412,7 @@ struct depthwise_columns {
     std::size_t first = 0, count = 0;
     std::size_t first_column = 0;  ///< column of slot 0, plus one because columns start at -1
     std::size_t slot_count = 0;
-    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three consecutive entries.
+    /// Entry i is the slot of column first * stride + i - 1 of the enlarged rows; a window reads three consecutive entries.
     std::uint16_t slot_of[max_taps];
 
     /// Maximum number of result pixels that fit at any position.
@@ -7363,7 +7666,7 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// Completes the last slot. Its missing next column has weight 0, so any value serves.
+    /// Completes the last slot. There is no next column to interleave; its weight would be 0, so any value does.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
@@ -7522,6 +7825,7 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 /// bias               channels, in units of input scale * weight scale; |bias| must be below 2^30
 /// stride             1 or 2
 /// input_zero_point   zero point of the activations, and the value of pixels outside the image
+/// output             constants of the conversion from sums to results
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
@@ -7561,7 +7865,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Sorts by `before(a, b)`; equal values keep their order. Merges bottom-up, with K log K comparisons.
+/// Sorts K values by `before(a, b)`; equal values keep their order. Merges bottom-up, with up to about K log K comparisons.
 template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
     constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment
@@ -7595,16 +7899,17 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, and a single output with AVX2: weight minus its zero point
-    /// AVX2, VNNI, NEON: weight minus its zero point. All of them are negated if only then they fit in signed bytes
-    /// (choose_target())
+    /// Weights minus their zero point, for scalar, WebAssembly, and AVX2 with a single output.
+    buffer<std::int16_t> wide;
+    /// Weights minus their zero point, for AVX2, VNNI and NEON. All weights of the layer are negated if they fit in signed bytes
+    /// only then (choose_target()).
     buffer<std::int8_t> narrow;
-    /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
-    /// each term
+    /// For AVX2, which splits the weights of four inputs into terms (avx2_packing.hpp). For each segment of each panel: the
+    /// number of pairs of terms, the number of single terms, and the first input of each term.
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;      ///< NEON: if `narrow` is negated, so are `bias` and the multiplier
-    /// Float form of `output`, negated if `narrow` is negated; `bias` then is, too. On WebAssembly, the constants of an
+    requantization output;      ///< on NEON, `bias` and the multiplier are negated if `narrow` is
+    /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, it has the constants of an
     /// unfused_requantization. Scalar and NEON do not use it.
     float_requantization fast;
 
@@ -7694,15 +7999,17 @@ struct gemm_term {
     std::uint32_t first_input = 0;
     int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    std::uint8_t load[max_weights] = {};    ///< half of the weights in each 16-bit sum: outputs x 2 x (positive, negative)
+    /// Two loads per 16-bit sum: the absolute sums of its positive and of its negative weights, halved and rounded up. Shape:
+    /// outputs x 2 sums x 2 loads.
+    std::uint8_t load[max_weights] = {};
 
     /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
-        constexpr std::uint64_t most = 64, each = 0x0101010101010101;
+        constexpr std::uint64_t max_load = 64, each = 0x0101010101010101;
         for (std::size_t i = 0; i < max_weights; i += 8) {
             std::uint64_t a = 0, b = 0;
             std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
-            if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
+            if (((a + b + (127 - max_load) * each) & (128 * each)) != 0) return false;
         }
         return true;
     }
@@ -7741,7 +8048,7 @@ struct paired_terms {
     std::size_t pairs = 0;
 
     explicit paired_terms(const buffer<gemm_term>& terms) {
-        buffer<const gemm_term*> rest, singles;  // sorted by descending weight
+        buffer<const gemm_term*> rest, singles;  // sorted by descending `heaviest`
         for (const gemm_term& term : terms) rest.push_back(&term);
         stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {
@@ -7877,7 +8184,9 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-/// Stores 32 / outputs pixels with 8 or 16 outputs each.
+/// Stores the results of four vectors: 4 pixels with 8 outputs each, or 2 pixels with 16.
+///
+/// outputs  distance between the results of adjacent pixels: the number of outputs of the layer
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
                                               std::size_t outputs) {
@@ -8643,7 +8952,8 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
 // The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
-// the panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
+// the panel's vectors share. V8 has 15 registers to allocate, and moves all loads to the front of the loop. A tile therefore has
+// at most 14 live vectors: 8 of sums, 2 of weights and 4 of inputs.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -8897,6 +9207,7 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
+/// output             constants of the conversion from sums to results
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
@@ -8955,7 +9266,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// division by 64, which is slower for signed numbers.
 class pixel_bits {
 public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before and two after
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before, at least one after
 
     std::int32_t word_count() const { return words_.count() - 2; }
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
@@ -9041,25 +9352,31 @@ struct link_strips {
     explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
 };
 
-/// A pixel is regular if it has a spine and ribs. With r = kernel_size / 2, the spine consists of r pixels straight up and r
-/// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
-/// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
+/// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
+/// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
+/// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
+/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs, whatever
+/// other links exist.
 ///
-/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path
-/// is shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
-/// order, each with the pixel of its rib: elements above the center, topmost first; elements below it, bottommost first; then
-/// (-d, 0) and (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x =
-/// 0, its only neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib.
-/// Otherwise it has two neighbors in round d: one on the same rib, closer to the spine, and (x, y -+ 1) in the row closer to
-/// the center. The former is farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link
-/// along the rib exists: (x, y) gets the pixel of the rib. Hence each element is reached from the previous element of its spine
-/// or rib. Elements of one row keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1
-/// begins with the topmost or bottommost element; its other neighbors are in its own row and follow. This is the claimed order
-/// of round d + 1.
+/// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
+/// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
+/// round |x| + |y|. Claim: in each round d, every element gets the pixel of its rib, and the elements are reached in this order:
+/// those above the center, topmost row first; those below it, bottommost row first; then (-d, 0) and (d, 0). Round 0 satisfies
+/// the claim. Suppose round d does, and consider an element (x, y) of round d + 1.
 ///
-/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular
-/// pixels are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all
-/// irregular windows.
+/// If x = 0, its only neighbor in round d is the next pixel of the spine toward the center. If y = 0, its only neighbor in round
+/// d is the next pixel of the rib toward the center. Otherwise it has two neighbors in round d: A on the same rib, closer to the
+/// spine, and B in the row closer to the center. A is in a row farther from the center than B, so exploration processes A first.
+/// The link from A along the rib exists, so (x, y) gets the pixel of the rib.
+///
+/// Each element is thus reached from the previous element of its spine or rib. Elements of one row are reached in the order of
+/// these predecessors. For d <= r, the first element of round d above the center is on the spine. Exploration follows its link
+/// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
+/// same holds below the center. This is the claimed order.
+///
+/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
+/// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
+/// windows.
 class regular_pixels {
 public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
@@ -9081,7 +9398,7 @@ public:
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
     /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
-    /// of the run's first pixel, kernel_size pixels. Pixels for which `visit` returns false become irregular.
+    /// of the run's first pixel, kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -9115,7 +9432,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Clears the bits in `regular_` of pixels without a full spine toward one side, or with an incomplete rib on it.
+    /// Clears the bits in `regular_` of pixels whose half spine toward one side, up or down, is incomplete or has an incomplete
+    /// rib. Clears the bits in `goes_on_` of pixels whose half spine is not adjacent in memory to the next
+    /// pixel's.
     ///
     /// strips  links toward that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
@@ -9139,7 +9458,7 @@ private:
 private:
     std::int32_t radius_;
     graph_view g_;
-    pixel_bits regular_, goes_on_;
+    pixel_bits regular_, goes_on_;  // goes_on_: each pixel of the spine is adjacent in memory to that of the next pixel's spine
 };
 
 }}}  // namespace ldi::detail
@@ -9147,7 +9466,7 @@ private:
 // ---- ldi/nn/ldi/convolution_plan.hpp
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
 // where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
-// silhouettes. A plan depends only on the graph and the kernel size; all layers of a level share it.
+// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9163,7 +9482,7 @@ struct convolution_plan {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;     ///< pixels of the graph
     std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
-    buffer<segment> segments;        ///< ascending
+    buffer<segment> segments;        ///< in ascending order of outputs
     buffer<std::int32_t> rows;       ///< segments x kernel_size
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
@@ -9187,6 +9506,12 @@ struct convolution_plan {
 };
 
 namespace detail {
+
+inline void check_kernel_size(std::int32_t kernel_size) {
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
+        raise(error_code::invalid_option, "kernel_size", "an odd number from 1 to " + std::to_string(max_kernel_size),
+              std::to_string(kernel_size));
+}
 
 /// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
 /// share the kernels' tiles.
@@ -9222,12 +9547,27 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     convolution_plan plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+    const auto refuse = [&](const std::string& found) {
+        raise(error_code::mismatch, "plan_convolution", "the result of coarsen() for this graph", found);
+    };
+    if (coarse.parent.size() != g.size())
+        refuse("that of a graph of " + std::to_string(coarse.parent.size()) + " instead of " + std::to_string(g.size()) +
+               " pixels");
+    const graph& half = coarse.topology;
+    if (half.width() != (g.width() + 1) / 2 || half.height() != (g.height() + 1) / 2 || half.size() != coarse.kept.size())
+        refuse("that of another lattice");
+    // `kept` is ascending, so all its pixels exist if the first and the last one do.
+    if (!coarse.kept.empty() && (coarse.kept.front() < 0 || coarse.kept.back() >= g.count())) refuse("that of a larger graph");
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
-        add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
+        const std::int32_t output = coarse.parent[first + odd];
+        if (output < 0 || output > coarse.kept.count() - kept || coarse.kept[output] != first + odd ||
+            coarse.kept[output + kept - 1] != first + odd + 2 * (kept - 1))
+            refuse("that of another graph");
+        add_segment(plan, {output, kept}, rows, odd);
         return true;
     });
     for (std::int32_t o = 0; o < coarse.kept.count(); ++o)
@@ -9241,12 +9581,21 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 /// fastest.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size; mismatch if `coarse` has the sizes of another graph, or other pixels in the
+/// runs that become segments.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
+    detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
@@ -9533,7 +9882,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate values per buffer; outputs per batch
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values per buffer, roughly; outputs per batch
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -9749,8 +10098,8 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
-/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
-///          unchanged. Must not overlap a source
+/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
+///          plan omits stay unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -9765,7 +10114,8 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// 0.
 ///
 /// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
-/// all channels of all sources. Without masks, only missing pixels are excluded.
+/// all channels of all sources. C is the number of these channels, and k is the kernel size. Without masks, only missing pixels
+/// are excluded.
 ///
 /// sources, result  as in convolve(), but sources may have masks
 /// result_mask      plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
@@ -9838,9 +10188,9 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/four_floats.hpp
-// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
-// Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
-// Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
+// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang provide this vector type. ldi
+// uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags. With
+// other compilers, or LDI_STANDARD_ONLY, a struct with the same operations and the same results replaces it.
 //
 // Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
 // -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
@@ -9868,7 +10218,7 @@ bool all_of(Comparison holds) noexcept {
 }
 
 #if defined(__SSE__)
-// GCC does not recognize that each comparison below is a single instruction.
+// GCC does not compile the comparisons after #else to these single instructions.
 inline four_floats smaller(four_floats a, four_floats b) noexcept { return _mm_min_ps(a, b); }
 inline four_floats larger(four_floats a, four_floats b) noexcept { return _mm_max_ps(a, b); }
 #else
@@ -9958,17 +10308,18 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
     return values;
 }
 
-// The functions below compare and select bits instead of floats: loops over them have no branches, so that GCC vectorizes them.
+// quantized() compares and selects bits instead of floats, so that loops that call it have no branches and GCC vectorizes them.
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
-/// Returns the byte of quantize().
+/// Returns the byte to which quantize() converts a value.
 ///
-/// max_size  bits of 256 times the scale
+/// max_size  bits of the float 256 * scale, to which larger magnitudes are clamped
 inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size, std::int32_t zero_point) {
     const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
     const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
     const std::uint32_t size = (std::min)(known, max_size);
-    // If the quotient of two floats is not a half, it differs from one by so much that adding 0.5 does not round across it.
+    // Rounds halves away from zero. The sum with 0.5 never rounds up to the next integer: a quotient of two floats that is not
+    // exactly n + 0.5 differs from it by more than the rounding error of a double.
     const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
     const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
     return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));
@@ -10157,7 +10508,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
-    const auto column = layers.template column<Column>();
+    const array_view<const typename Column::scalar> column = layered_view<Column>(layers).template column<Column>();
     basic_feature_map<Value> map(layers.size(), Column::channels);
     if constexpr (std::same_as<Value, float>)
         std::transform(column.begin(), column.end(), map.values.begin(),
@@ -10171,20 +10522,25 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
 /// NaN becomes 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
-/// scale  factor of every value before rounding, for float maps
+/// scale  factor of every value before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
-    if (map.pixels() != layers.size() || map.channels != Column::channels)
+    static_assert(!std::is_enum_v<scalar>, "a number of a map is no enumerator; convert it yourself");
+    const auto column = layers.template column<Column>();
+    if (map.pixels() != layers.size() || map.channels != Column::channels || map.values.size() != column.size())
         raise(error_code::mismatch, "to_column",
               std::to_string(layers.size()) + " pixels of " + std::to_string(Column::channels) + " channels",
-              std::to_string(map.pixels()) + " of " + std::to_string(map.channels));
-    const auto column = layers.template column<Column>();
+              std::to_string(map.values.size()) + " values, " + std::to_string(map.channels) + " per pixel");
+    if constexpr (std::same_as<Value, scalar>)
+        if (scale == 1.0F) {
+            std::copy(map.values.begin(), map.values.end(), column.begin());
+            return;
+        }
     std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
-        if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
-            return value;
-        } else if constexpr (std::integral<scalar>) {
-            // The product of two floats is exact. If it is not a half, adding 0.5 does not round across an integer.
+        if constexpr (std::integral<scalar>) {
+            // A double holds the product of two floats exactly, with 5 bits to spare, so that the sum with 0.5 does not round up
+            // to the next integer.
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
@@ -10246,7 +10602,7 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  contains all pixels that the plan's outputs read
+/// inputs  contains all pixels that the plan's outputs read; for 1 x 1 windows with stride 2, also the pixels between them
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
@@ -10258,7 +10614,7 @@ inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) 
 /// Renumbers a plan for tensors that store only the rows of subsets.
 ///
 /// outputs  contains all outputs of the plan
-/// inputs   contains all pixels of their windows
+/// inputs   as in renumber_inputs()
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     LDI_ASSERT(outputs.row_of.size() == plan.output_count);
     renumber_inputs(plan, inputs);
@@ -10272,7 +10628,7 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
 
 // ---- ldi/nn/ldi/pooling.hpp
 // Pooling: each pixel of the coarser graph combines the fine pixels that collapse to it. On an image these are 2 x 2 pixels. At
-// a silhouette, they are only the pixels that are connected inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do
+// a silhouette, they are only the pixels that links connect inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do
 // not mix.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -10339,8 +10695,8 @@ basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const co
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/region_plan.hpp
-// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: a window contains every pixel
-// of the region inside its k x k square. Positions outside the region count as missing.
+// Plans convolutions on a region of a single image. Windows ignore links: a window contains every pixel of the region inside
+// its k x k square. Positions outside the region count as missing.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10400,7 +10756,7 @@ public:
     }
 
 private:
-    /// Returns the first output whose center is at or after a column.
+    /// Returns the column of the first output whose window has its center at or after an input column.
     std::int32_t output_from(std::int32_t column) const { return (column + plan_.stride - 1) / plan_.stride; }
 
     std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {
@@ -10434,12 +10790,20 @@ private:
 /// Plans a convolution with stride 1.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 
@@ -10453,11 +10817,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Shortens a name that was read from a file, and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
-    constexpr std::size_t most = 80;
-    std::string result(name.substr(0, most));
+    constexpr std::size_t max_length = 80;
+    std::string result(name.substr(0, max_length));
     for (char& c : result)
         if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > most ? "..." : "");
+    return result + (name.size() > max_length ? "..." : "");
 }
 
 /// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
@@ -10480,7 +10844,7 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 }}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/weights.hpp
-// Weights of a network: it looks tensors up by name, and each lookup checks type and shape.
+// Looks up the weights of a network by name, and checks their types and shapes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10732,7 +11096,7 @@ struct packed_layer {
 
 /// Packs an operator that has passed check_network().
 ///
-/// values, channels  one per tensor
+/// values, channels  quantization and number of channels of each tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
@@ -10776,9 +11140,10 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 }}  // namespace ldi
 
 // ---- ldi/nn/dense/detail/row_chain.hpp
-// Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
-// keep only the rows that the next layer still needs. The rings stay in the processor's caches, so the tensors inside the
-// network's blocks, with 6 to 15 times as many channels as the tensors between them, never reach memory.
+// Runs consecutive layers as one chain. Each task computes a strip, some consecutive rows of the last layer's result, a few rows
+// per step. Ring buffers between the layers keep only the rows that the next layer still needs, and stay in the processor's
+// caches. The tensors inside the network's inverted residual blocks, with 6 to 15 times as many channels as the tensors between
+// the blocks, therefore never reach memory.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -10794,7 +11159,7 @@ struct chain_stage {
     const packed_layer* layer = nullptr;
     tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
     std::size_t input_channels = 0;
-    std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
+    std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
     bool chain_is_second = false;  ///< addition only: the chain computes the second operand
     std::size_t rows = 0;          ///< rows computed per step
@@ -10812,7 +11177,7 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Vertical enlargement by a resize, on its own or fused with a depthwise convolution.
+    /// Factor by which the stage enlarges its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
@@ -10865,7 +11230,7 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 /// Addresses of a tensor's rows. The rows of `middle` are read from the tensor itself. The rows before and after them are read
 /// from copies, because other strips may overwrite the originals.
 struct row_source {
-    /// addresses of row 0, of row middle.first - reach, and of row middle.end - reach
+    /// addresses of row 0 of the tensor, and of the copies of rows middle.first - reach and middle.end - reach
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
     std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
@@ -10911,7 +11276,7 @@ private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
         std::size_t made = 0;         // rows before this one are computed
-        std::size_t next_padded = 0;  // rows of the input before this one are copied
+        std::size_t next_padded = 0;  // rows of the input before this one are copied to `padded`
     };
 
     /// Computes the missing rows of a stage before row `end`, and first the rows of earlier stages that they depend on.
@@ -11079,7 +11444,7 @@ inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) 
     return steps;
 }
 
-/// Groups layers into chains. Tensors inside a chain do not occupy memory of their own (row_chain.hpp).
+/// Groups layers into chains. Tensors inside a chain are never stored as a whole (row_chain.hpp).
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -11108,7 +11473,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
 /// Lists the tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
-    std::size_t brought = step.input;
+    std::size_t brought = step.input;  // the chain passes this tensor to the layer, as one of its inputs
     for (std::size_t layer : step.layers) {
         bool is_brought = false;
         for (std::size_t t : layers[layer].inputs) {
@@ -11130,10 +11495,10 @@ struct planned_step {
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< per tensor: offset of its block; meaningless inside a chain
+    buffer<std::size_t> offsets;   ///< per tensor: offset of its block; meaningless for tensors inside a chain
     std::size_t tensor_bytes = 0;  ///< memory of all stored tensors, which share blocks
-    std::size_t strip_bytes = 0;   ///< working memory of one strip
-    std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
+    std::size_t strip_bytes = 0;   ///< working memory of one strip (row_chain.hpp)
+    std::size_t cut_bytes = 0;     ///< bytes of the copied rows around one cut between strips
 };
 
 inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const schedule_step& step,
@@ -11177,7 +11542,8 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites input rows soon after reading them, so only the addition may read them a second time.
+    // The chain overwrites an input row soon after its first layer has read it. Apart from this layer, only the addition at the
+    // end may read the row, just before it is overwritten.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
@@ -11213,7 +11579,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
 
 /// Plans the chains and the memory for one input size.
 ///
-/// sizes, channels  one per tensor
+/// sizes, channels  size and number of channels of each tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {
@@ -11377,7 +11743,7 @@ private:
     void find_last_uses() {
         buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            last[i + 1] = i;  // frees a tensor without readers immediately
+            last[i + 1] = i;  // if no layer reads the tensor, it is not needed after layer i
             for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
         last_uses_.resize(layers_.size());
@@ -11663,7 +12029,7 @@ inline network_description read_quantized_network(const named_tensors& file) {
 }}  // namespace ldi
 
 // ---- ldi/core/other_bytes.hpp
-// A walk over the few values of a byte column that differ from the usual value, such as the unknown pixels of a photo.
+// Visits the few values of a byte column that differ from the usual value, such as the unknown pixels of a photo.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -11694,58 +12060,8 @@ void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/networks/detail/network_input.hpp
-// Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// The network's input, one row per pixel that it reads.
-struct network_input {
-    buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< per row: 0 for a missing color, otherwise 1; empty: all 1
-};
-
-/// Scales known colors to [0, 1] and masks unknown colors.
-inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
-                                  const pixel_subset& read) {
-    network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
-    for (std::size_t row = 0; row < read.size(); ++row) {
-        const std::size_t pixel = static_cast<std::size_t>(read.pixels[row]);
-        if (known[pixel] == 0) continue;
-        input.mask[row] = 1;
-        for (std::size_t c = 0; c < 3; ++c) input.values[3 * row + c] = nearest_float(colors[3 * pixel + c]) / 255.0F;
-    }
-    return input;
-}
-
-/// Result of a layer.
-template <class Value>
-struct masked_map {
-    basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
-
-    /// The map must outlive the view and keep its size.
-    basic_feature_view<Value> view() const {
-        basic_feature_view<Value> result = map;
-        result.mask = mask;
-        return result;
-    }
-
-    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
-    /// size.
-    ///
-    /// rows  row of each pixel's parent, or no_pixel
-    basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = upsample(map, rows);
-        result.mask = mask;
-        return result;
-    }
-};
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/networks/detail/network_tensors.hpp
-// Reads tensors of a weight file for networks with 8-bit arithmetic.
+// Reads values and quantizations from the tensors of a weight file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -11814,7 +12130,7 @@ inline inpainting_architecture partial_convolution_architecture() {
             .missing = missing_colors::masked};
 }
 
-/// Number format of a network's computation. The formats compute colors whose differences are invisible (bench/README.md).
+/// Number format of a network's computation. The results of both formats look the same (bench/README.md).
 enum class arithmetic {
     float32,
     int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
@@ -11862,12 +12178,15 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts the network's input to the values that its first convolution reads.
+/// Converts a float of the network's input to the value that its first convolution reads.
 template <class Value>
 struct farbrausch_input;
 
 template <>
-struct farbrausch_input<float> {};
+struct farbrausch_input<float> {
+    float zero() const { return 0.0F; }
+    float operator()(float value) const { return value; }
+};
 
 template <>
 struct farbrausch_input<std::uint8_t> {
@@ -11879,20 +12198,6 @@ struct farbrausch_input<std::uint8_t> {
         return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
     }
 };
-
-template <class Value>
-masked_map<Value> converted(network_input input, std::size_t channels, const farbrausch_input<Value>& convert) {
-    masked_map<Value> result;
-    if constexpr (std::is_same_v<Value, float>) {
-        result.map.channels = channels;
-        result.map.values = std::move(input.values);
-    } else {
-        result.map = {input.values.size() / channels, channels, convert.zero()};
-        std::transform(input.values.begin(), input.values.end(), result.map.values.begin(), convert);
-    }
-    result.mask = std::move(input.mask);
-    return result;
-}
 
 /// One encoder and one decoder convolution per level.
 template <class Weights>
@@ -12022,11 +12327,11 @@ struct farbrausch_level {
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< convolution from `read` of this level to `read` of the next level
-    convolution_plan decode;             ///< convolution from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< per pixel of `read`: parent's row in `decoded` of the next level, or no_pixel
+    convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
+    convolution_plan decode;             ///< decoder's convolution, to the decoded pixels of this level
+    buffer<std::int32_t> decoded_above;  ///< per pixel read: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
 /// Plans all levels, from the finest to the coarsest.
@@ -12069,8 +12374,8 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // Traces the encoder in reverse order, from the coarsest level to the finest. The decoder and the next encoder stage read
-    // the results of each stage.
+    // Traces the encoder in reverse order, from the coarsest level to the finest. Both the decoder and the next encoder stage
+    // read the result of an encoder stage.
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
@@ -12089,8 +12394,57 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
+    levels[0].read = std::move(read.pixels), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/networks/detail/network_input.hpp
+// Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Input of the network or result of a layer.
+template <class Value>
+struct masked_map {
+    basic_feature_map<Value> map;
+    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
+
+    /// The map must outlive the view and keep its size.
+    basic_feature_view<Value> view() const {
+        basic_feature_view<Value> result = map;
+        result.mask = mask;
+        return result;
+    }
+
+    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
+    /// size.
+    ///
+    /// rows  row of each pixel's parent, or no_pixel
+    basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
+        basic_feature_view<Value> result = upsample(map, rows);
+        result.mask = mask;
+        return result;
+    }
+};
+
+/// Returns the input of a network that masks unknown colors: known colors, scaled to [0, 1].
+///
+/// read     pixels that the network reads
+/// convert  converts floats to the input's values
+template <class Convert>
+auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, std::span<const std::int32_t> read,
+                  const Convert& convert) {
+    masked_map<decltype(convert(0.0F))> input{{read.size(), 3, convert.zero()}, buffer<std::uint8_t>(read.size())};
+    for (std::size_t row = 0; row < read.size(); ++row) {
+        const std::size_t pixel = static_cast<std::size_t>(read[row]);
+        input.mask[row] = known[pixel] != 0 ? 1 : 0;
+        for (std::size_t c = 0; c < 3; ++c)
+            input.map.values[3 * row + c] =
+                known[pixel] != 0 ? convert(nearest_float(colors[3 * pixel + c]) / 255.0F) : input.map.zero;
+    }
+    return input;
 }
 
 }}}  // namespace ldi::detail
@@ -12115,7 +12469,6 @@ public:
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
     float* at(std::int32_t i) { return values_.data() + first_value(i); }
-    buffer<float> release() { return std::move(values_); }
 
 private:
     static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }
@@ -12179,15 +12532,39 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/smooth_fills.hpp
-// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
-// layered image. examples/training/farbrausch/README.md explains the steps.
+// Computes the smooth colors that the inpainting network starts from, with pyramids of masked 3 x 3 averages along the links of a
+// layered image. The fill continues the known colors smoothly into unknown pixels. The tone is the average color of a wide
+// neighborhood; the network reads colors relative to it. examples/training/farbrausch/README.md explains the steps.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input, and the fill that the network corrects.
+template <class Value>
 struct smooth_fills {
-    buffer<float> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
+    buffer<Value> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
+};
+
+/// Numbers the unknown pixels from 0, in a quarter of the memory of an index per pixel.
+class unknown_numbers {
+public:
+    explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
+        std::int32_t before = 0;
+        for (std::int32_t pixel = 0; pixel < known.count(); ++pixel) {
+            if (pixel % block == 0) first_.push_back(before);
+            before += known[pixel] == 0 ? 1 : 0;
+        }
+    }
+    std::int32_t operator()(std::int32_t pixel) const noexcept {
+        std::int32_t number = first_[pixel / block];
+        for (std::int32_t p = pixel - pixel % block; p < pixel; ++p) number += known_[p] == 0 ? 1 : 0;
+        return number;
+    }
+
+private:
+    static constexpr std::int32_t block = 4;
+    array_view<const std::uint8_t> known_;
+    buffer<std::int32_t> first_;  // per block of pixels: number of its first unknown pixel
 };
 
 template <executor Executor>
@@ -12199,7 +12576,9 @@ public:
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
-    smooth_fills run() {
+    /// convert  converts floats to values of the input
+    template <class Convert>
+    auto run(const Convert& convert) {
         const std::size_t depth = levels_.size() - 1;
         buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
@@ -12220,9 +12599,9 @@ public:
             fill = from_above(fill, levels_[i].above, known[i]);
             spread(fill, levels_[i].average, known[i], 2 << i);
             tone = average_from_above(tone, i, known[i]);
-            known[i] = {};
+            known[i] = {}, levels_[i].average = {}, levels_[i].above = {};
         }
-        return finest(fill, tone);
+        return finest(std::move(fill), tone, convert);
     }
 
 private:
@@ -12248,26 +12627,20 @@ private:
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
-    }
-
-    /// Replaces the colors at `places` by the averages of their windows, `passes` times.
-    ///
-    /// windows  the windows of `places`, in the same order
-    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
-        masked_colors next(places.size());
+        const convolution_plan unknown_windows = restrict_and_renumber(windows, unknown);
+        masked_colors next(unknown.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
+                unknown_windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
                 [&](std::int32_t output, masked_color c) noexcept { next.set(output, c); });
-            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
-                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            parallel_for(threads_, unknown.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(unknown[i], next[static_cast<std::int32_t>(i)]);
             });
         }
     }
 
-    /// Averages each pixel's window once. A pixel of the window counts with the color of its parent, or with its own known
-    /// color if the parent has none.
+    /// Averages each pixel's window once. Each pixel of the window contributes the color of its parent, or its own known color
+    /// if the parent has none.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -12290,54 +12663,64 @@ private:
     }
 
     /// Computes level 0 at the pixels that the network reads.
-    smooth_fills finest(const masked_colors& fill_above, const masked_colors& tone_above) {
+    template <class Convert>
+    auto finest(masked_colors fill_above, const masked_colors& tone_above, const Convert& convert) {
         const farbrausch_level& level = levels_[0];
-        const pixel_subset& read = level.read;
-        masked_colors fill(read.size());
-        buffer<std::int32_t> unknown, rows;
-        for (std::int32_t row = 0; row < fill.count(); ++row) {
-            const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
-            fill.set(row, base_color(pixel, fill_above));
-        }
-        convolution_plan windows = restrict_and_renumber(level.average, unknown);
-        renumber_inputs(windows, read);
-        spread_at(fill, windows, rows, 2);
-        color_along_links(fill, fill_above);
-        smooth_fills result;
+        const unknown_numbers number(known_);
+        const masked_colors unknown = unknown_colors(number, fill_above);
+        fill_above = {};
+        const auto color = [&](std::int32_t pixel) noexcept {
+            if (known_[pixel] != 0) return photo(pixel);
+            const std::int32_t i = number(pixel);
+            return unknown.has(i) ? unknown[i] : mean();
+        };
+        smooth_fills<decltype(convert(0.0F))> result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded[d]];
-            const masked_color color = fill.has(row) ? fill[row] : mean();
-            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
+            const masked_color at = color(level.decoded[d]);
+            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = at[c];
         }
+        result.input.resize(lanes::wide * level.read.size(), unset);
         average_windows(
-            restrict_to(level.average, read.pixels), threads_,
+            restrict_and_renumber(level.average, level.read), threads_,
             [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
-            [&](std::int32_t pixel, masked_color tone) noexcept {
-                const std::int32_t row = read.row_of[pixel];
-                const masked_color color = fill.has(row) ? fill[row] : mean();
-                masked_color relative = color - (tone[3] != 0.0F ? tone : color);
+            [&](std::int32_t row, masked_color tone) noexcept {
+                const std::int32_t pixel = level.read[row];
+                const masked_color here = color(pixel);
+                masked_color relative = here - (tone[3] != 0.0F ? tone : here);
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
-                fill.set(row, relative);
+                auto* const to = result.input.data() + lanes::wide * static_cast<std::size_t>(row);
+                for (std::size_t c = 0; c < lanes::wide; ++c) to[c] = convert(relative[c]);
             });
-        result.input = fill.release();
         return result;
     }
 
-    /// Colors pixels that have no color on any level. They exist where few links connect a surface to the rest, because coarser
-    /// levels may cut these links. Waves run along links from colored pixels, and each pixel becomes the average of its colored
-    /// neighbors.
-    void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
-        for (std::int32_t row = 0; row < fill.count(); ++row) {
-            if (fill.has(row)) continue;
+    /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
+    ///
+    /// Last, colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface
+    /// to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link
+    /// per pass: each pixel becomes the average of its colored neighbors.
+    masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
+        buffer<std::int32_t> unknown;
+        for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
+        const convolution_plan windows = restrict_and_renumber(levels_[0].average, unknown);
+        masked_colors once(unknown.size()), twice(unknown.size());
+        average_windows(
+            windows, threads_, [&](std::int32_t p) noexcept { return base_color(p, fill_above); },
+            [&](std::int32_t i, masked_color c) noexcept { once.set(i, c); });
+        average_windows(
+            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[number(p)]; },
+            [&](std::int32_t i, masked_color c) noexcept { twice.set(i, c); });
+        for (std::int32_t i = 0; i < twice.count(); ++i) {
+            if (twice.has(i)) continue;
             if (alone_.empty()) run_waves(fill_above);
-            fill.set(row, base_color(levels_[0].read.pixels[row], fill_above));
+            twice.set(i, base_color(unknown[i], fill_above));
         }
+        return twice;
     }
 
-    /// Colors all pixels without a color on any level, even those that the network does not read, so that colors do not depend
-    /// on which pixels it reads.
+    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
+    /// otherwise, colors would depend on which pixels it reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -12463,8 +12846,9 @@ private:
 
     /// Runs all layers. Returns the output of the last layer, one row per pixel of `levels[0].decoded`.
     template <class Weights, executor Executor, class Report>
-    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
-                             buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers,
+                             detail::masked_map<typename Weights::value_type> input, buffer<detail::farbrausch_level>& levels,
+                             Executor& threads, Report&& report) const;
 
     inpainting_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_u8_weights>> layers_;
@@ -12488,34 +12872,37 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
-    detail::network_input input;
     buffer<float> fill;  // base color that the network's output is added to
-    if (architecture_.missing == missing_colors::masked) {
-        input = detail::masked_input(color, known, levels[0].read);
-    } else {
-        detail::smooth_fills fills =
-            detail::smooth_filler(layers.topology(), color, known, levels, architecture_.growth, threads).run();
-        input.values = std::move(fills.input);
-        fill = std::move(fills.fill);
-    }
-    for (detail::farbrausch_level& level : levels) {
-        level.average = level.average_coarse = {};
-        level.above = {}, level.read = {};
-    }
-
-    // Progress advances by the same step for each layer, although the fine levels cost most of the time.
-    float done = 0.2F;
-    const float step = (1.0F - done) / detail::nearest_float(2 * depth());
-    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
-    report();
-    buffer<float> result = std::visit(
-        [&](const auto& packed) { return this->run_layers(packed, std::move(input), levels, threads, report); }, layers_);
+    const auto run = [&]<class Weights>(const detail::farbrausch_convolutions<Weights>& packed) {
+        detail::masked_map<typename Weights::value_type> input;
+        if (architecture_.missing == missing_colors::masked) {
+            input = detail::masked_input(color, known, levels[0].read, packed.input);
+        } else {
+            detail::smooth_filler filler(layers.topology(), color, known, levels, architecture_.growth, threads);
+            auto fills = filler.run(packed.input);
+            input.map.channels = architecture_.inputs(0), input.map.zero = packed.input.zero();
+            input.map.values = std::move(fills.input);
+            fill = std::move(fills.fill);
+        }
+        for (detail::farbrausch_level& level : levels) {
+            level.average = level.average_coarse = {};
+            level.above = {}, level.read = {};
+        }
+        // Progress advances by the same step for each layer, although the fine levels cost most of the time.
+        float done = 0.2F;
+        const float step = (1.0F - done) / detail::nearest_float(2 * this->depth());
+        const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
+        report();
+        return this->run_layers(packed, std::move(input), levels, threads, report);
+    };
+    buffer<float> result = std::visit(run, layers_);
     for (std::size_t v = 0; v < fill.size(); ++v) result[v] += fill[v];
     return result;
 }
 
 template <class Weights, executor Executor, class Report>
-buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
+buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers,
+                                     detail::masked_map<typename Weights::value_type> input,
                                      buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_feature_view<value_type>;
@@ -12529,7 +12916,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
         return result;
     };
     buffer<features> encoded(depth() + 1);
-    encoded[0] = detail::converted(std::move(input), architecture_.inputs(0), layers.input);
+    encoded[0] = std::move(input);
     for (std::size_t i = 0; i < depth(); ++i) {
         const source sources[] = {encoded[i].view()};
         encoded[i + 1] = layer(levels[i].encode, layers.encoder[i], sources);
@@ -12600,15 +12987,16 @@ public:
     /// Checks and packs the weights.
     ///
     /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
-    ///          `input.range`, and `NAME.range` for every layer that another layer reads
+    ///          `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
-    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit
-    /// of the probability that this share is on the correct side of 0.5. The results of unwanted pixels are uninitialized.
+    /// Returns the results of the last layer, K x 2: the logit of the share of the front surface in the pixel, to which
+    /// depth/network_decider.hpp adds a prior, and the logit of the probability that this share is on the correct side of 0.5.
+    /// The results of unwanted pixels are uninitialized.
     ///
     /// region  K pixels
     /// input   K x 8; examples/training/silhouettes/README.md defines the channels
@@ -12855,11 +13243,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Meaning of a depth network's output.
 enum class network_output {
     log_disparity,  ///< logarithm of disparity, as in the published network; disparity is known up to a factor
-    disparity,      ///< disparity, 0 at infinity; known up to scale and a rough shift
+    disparity,      ///< disparity, roughly 0 at infinity; its scale is unknown
 };
 
-/// Long sides of the resized photo that a depth network reads, in pixels; multiples of 32. The default is the paper's: a single
-/// pass.
+/// Long sides of the resized photo that a depth network reads, in pixels; multiples of 32. The default is a single pass
+/// at the paper's size.
 struct depth_network_sizes {
     std::size_t details = 384;  ///< size of the main pass and of the result
     /// If not 0, a second pass at this size reads the mirrored photo, and structures coarser than 16 samples of the result
@@ -12870,7 +13258,7 @@ struct depth_network_sizes {
 /// Estimates disparity from one photo. All members are const and stateless: any number of threads may share an object.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< input size of the paper's network
+    static constexpr std::size_t long_side = 384;  ///< long side of the paper's input, in pixels
     /// input sides are multiples of this number, because the network halves its input five times
     static constexpr std::size_t alignment = 32;
 
@@ -13003,8 +13391,9 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// Ratio of the disparities of two consecutive output levels. Neighboring pixels with this ratio may differ by rounding
-    /// only, not by an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest levels.
+    /// Ratio of the disparities of two consecutive output levels. Rounding alone can cause this ratio between neighboring pixels,
+    /// so it does not prove an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest
+    /// levels.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -13013,7 +13402,7 @@ public:
 
 private:
     static constexpr std::size_t max_long_side = 4096;
-    static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
+    static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
     /// Estimated fraction of the time of both passes that the detail pass needs, in proportion to its area.
     float details_share() const {
@@ -13046,210 +13435,10 @@ private:
 
 }}  // namespace ldi
 
-// ---- ldi/depth/discontinuity.hpp
-// A depth discontinuity: the side that a far and a near pixel share.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// A side of a pixel where depth is discontinuous.
-struct discontinuity {
-    std::int32_t back;   ///< pixel on the far side
-    std::int32_t front;  ///< pixel on the near side
-    side towards_front;  ///< direction from `back` to `front`
-};
-
-}}  // namespace ldi
-
-// ---- ldi/depth/trace_curves.hpp
-// Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
-
-// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
-class corner_map {
-public:
-    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
-        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
-    }
-
-    void add(std::int32_t corner, side towards) {
-        if (present_[corner] == 0) used_.push_back(corner);
-        present_[corner] |= bit(towards);
-        const std::int32_t other = next(corner, towards);
-        if (present_[other] == 0) used_.push_back(other);
-        present_[other] |= bit(opposite(towards));
-        ++side_count_;
-    }
-
-    std::int32_t width() const { return width_; }
-    std::int32_t height() const { return height_; }
-    const buffer<std::int32_t>& used() const { return used_; }
-    std::size_t side_count() const { return side_count_; }
-    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
-    std::int32_t x(std::int32_t c) const { return c % stride_; }
-    std::int32_t y(std::int32_t c) const { return c / stride_; }
-    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
-    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
-    bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
-    bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
-    int degree(std::int32_t c) const {
-        int count = 0;
-        for (side s : all_sides) count += has(c, s) ? 1 : 0;
-        return count;
-    }
-    void remove(std::int32_t c, side towards) {
-        LDI_ASSERT(has(c, towards));
-        present_[c] ^= bit(towards);
-        present_[next(c, towards)] ^= bit(opposite(towards));
-        --side_count_;
-    }
-
-private:
-    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
-
-    std::int32_t stride_, width_, height_;
-    buffer<std::uint8_t> present_;
-    buffer<std::int32_t> used_;
-    std::size_t side_count_ = 0;
-};
-
-// A traced curve: its sides, and its corners, one more than its sides.
-struct trace {
-    buffer<std::int32_t> corners;
-    buffer<discontinuity> sides;
-    bool is_closed = false;
-};
-
-class tracer {
-public:
-    // disparity         width x height values; must outlive the tracer
-    // is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
-    template <class IsCut>
-    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
-        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
-        for (std::int32_t y = 0; y < height; ++y) {
-            const std::int32_t start = y * width;
-            for (std::int32_t x = 0; x + 1 < width; ++x)
-                if (is_cut(start + x, side::right)) all_.add(all_.corner(x + 1, y), side::down);
-            if (y + 1 == height) break;
-            for (std::int32_t x = 0; x < width; ++x)
-                if (is_cut(start + x, side::down)) all_.add(all_.corner(x, y + 1), side::right);
-        }
-    }
-
-    // Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
-    void prune_spurs(std::size_t min_length) {
-        buffer<std::pair<std::int32_t, side>> spur;
-        for (std::int32_t end : all_.used()) {
-            if (all_.degree(end) != 1 || all_.on_border(end)) continue;
-            spur.clear();
-            std::int32_t corner = end;
-            side towards = side::left;
-            for (side s : all_sides)
-                if (all_.has(corner, s)) towards = s;
-            bool runs_on = true;
-            while (runs_on && spur.size() < min_length) {
-                spur.emplace_back(corner, towards);
-                corner = all_.next(corner, towards);
-                runs_on = !ends_curves(corner);
-                if (runs_on) towards = onward(corner, opposite(towards));
-            }
-            if (spur.size() < min_length && all_.degree(corner) > 2)
-                for (const auto& [from, s] : spur) all_.remove(from, s);
-        }
-    }
-
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed curves.
-    template <class Visit>
-    void for_each_curve(Visit&& visit) const {
-        corner_map left = all_;
-        for (std::int32_t corner : all_.used())
-            if (ends_curves(corner))
-                for (side s : all_sides)
-                    if (left.has(corner, s)) visit(follow(left, corner, s));
-        for (std::int32_t corner : all_.used())
-            for (side s : all_sides)
-                if (left.has(corner, s)) visit(follow(left, corner, s));
-    }
-
-    const corner_map& corners() const { return all_; }
-
-    // Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
-    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
-        const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
-        return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
-    }
-
-private:
-    // Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
-    // two curves pass each other there, without a junction.
-    bool ends_curves(std::int32_t corner) const {
-        const int degree = all_.degree(corner);
-        return degree != 2 && !(degree == 4 && is_checkered(corner));
-    }
-    bool is_checkered(std::int32_t corner) const {
-        const std::array<std::int32_t, 4> around = pixels_around(corner);
-        return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
-               surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
-    }
-    // Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
-    // a pixel of the back surface, because the pixels of the front surface stay connected.
-    side onward(std::int32_t corner, side from) const {
-        if (all_.degree(corner) == 2) {
-            for (side s : all_sides)
-                if (s != from && all_.has(corner, s)) return s;
-        }
-        const std::array<std::int32_t, 4> around = pixels_around(corner);
-        const bool falling =
-            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels are at the upper left and lower right
-        switch (from) {
-            case side::left: return falling ? side::down : side::up;
-            case side::down: return falling ? side::left : side::right;
-            case side::right: return falling ? side::up : side::down;
-            case side::up: break;
-        }
-        return falling ? side::right : side::left;
-    }
-
-    trace follow(corner_map& left, std::int32_t corner, side towards) const {
-        trace t;
-        t.corners.push_back(corner);
-        while (true) {
-            t.sides.push_back(discontinuity_between(corner, towards));
-            left.remove(corner, towards);
-            corner = all_.next(corner, towards);
-            t.corners.push_back(corner);
-            if (ends_curves(corner)) return t;
-            towards = onward(corner, opposite(towards));
-            if (!left.has(corner, towards)) {  // back at the start of a closed curve
-                t.is_closed = true;
-                return t;
-            }
-        }
-    }
-
-    // Returns the two pixels on either side of the lattice edge that leaves `corner`.
-    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
-        const bool vertical = towards == side::up || towards == side::down;
-        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
-                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
-        const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
-        const side first_to_second = vertical ? side::right : side::down;
-        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
-        return {first, second, first_to_second};
-    }
-
-    std::int32_t width_;
-    const float* disparity_;
-    surface_rule surface_;
-    corner_map all_;
-};
-
-}}}}  // namespace ldi::detail::curves
-
 // ---- ldi/depth/detail/straightened_curve.hpp
 // The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
-// to the front. Pixels outside the band's uncertain middle have the colors of the two surfaces.
+// to the front. In the middle of the band, it is uncertain which surface a pixel belongs to; the pixels outside the middle have
+// the colors of the two surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
@@ -13284,7 +13473,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
             sum.x += p.x, sum.y += p.y;
         }
         for (std::int32_t i = k - before; i < k + after; ++i) {
-            const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
+            const side s = t.sides[t.is_closed ? wrapped(i) : i].toward_front;
             front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
         }
         const float size = nearest_float(2 * even + 1), length = (std::max)(vector_length(front.x, front.y), 1e-6F);
@@ -13325,7 +13514,7 @@ struct color_model {
     std::array<float, 3> mean{}, precision{};
     float log_scale = 0;
 
-    // noise  minimum standard deviation of any surface, in gray levels
+    // noise  standard deviation of noise in gray levels; its square is added to the variance of the samples
     color_model(const color_sums& of, float noise) {
         for (std::size_t c = 0; c < 3; ++c) {
             mean[c] = of.sum[c] / of.count;
@@ -13408,7 +13597,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // The pixels next to the smooth curve may belong to the other side.
+        // Two pixels on each side always count: smoothing the curve may have moved it across them.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -13432,11 +13621,12 @@ private:
 // strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
 // the camera moves.
 //
-// A band surrounds each discontinuity curve; its width is the uncertainty of the depth map. Colors outside the band, on both
-// sides, supply color models of the front and the back surface. The best cut through the band separates front colors from back
-// colors, follows contrast, and has no jumps. It is a shortest path, found by dynamic programming, as the contours of Rother et
-// al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old
-// curve and the new one change sides.
+// A band of pixels surrounds each discontinuity curve. In its middle, up to the depth map's uncertainty on either side of the
+// curve, the silhouette may be anywhere. The pixels beyond supply color models of the front and the back surface. The best cut
+// through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest path, found by
+// dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Junctions and
+// ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old curve and the new
+// one change sides.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13454,7 +13644,7 @@ struct alignment_options {
 
 namespace detail::curves {
 
-// Computes the cost of cutting each row of a band at each position, and the cheapest path along the band.
+// Computes the cost of each cut and the cheapest path along a band. A cut is the position at which the new curve crosses a row.
 class band_cut {
 public:
     // is_closed  whether the band's last row repeats its first row
@@ -13505,7 +13695,7 @@ public:
 private:
     static constexpr float impossible = 1e6F;
     static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
-    static constexpr float max_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
+    static constexpr float max_evidence = 3.0F;  // maximum log-likelihood ratio of a pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -13537,7 +13727,8 @@ private:
         const float share = nearest_float(cut) / nearest_float(radius_);
         return distance_weight * share * share;
     }
-    // Contrast of the four pixels around a cut, as a share of the difference between the back and the front color.
+    // Contrast across a cut: the color difference between the first and the last of the four pixels around it, as a share of the
+    // difference between the back and the front color.
     float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
         const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
         if (before == nullptr || behind == nullptr) return 0.0F;
@@ -13558,7 +13749,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
         if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
         return cut.cheapest(0, b.size());
     }
-    // The path must end where it starts. It starts half way along the curve, at the cut that an unconstrained path has there.
+    // The path must end where it starts. It starts halfway along the curve, at the cut that an unconstrained path has there.
     const std::int32_t period = b.size() - 1, middle = period / 2;
     cut.fix(middle, cut.cheapest(0, period)[middle]);
     const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
@@ -13567,7 +13758,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
     return result;
 }
 
-// A pixel between the old and the new curve, and the curve side that it belongs to.
+// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `trace::sides`.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -13605,7 +13796,8 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels; averaging over several corners removes the stair steps. Ends stay in place.
+        // Cuts are whole pixels. Averaging them over `even` corners on either side removes the stair steps. An end of the curve
+        // keeps its own cut.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
@@ -13671,9 +13863,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
+/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
 /// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel, 8 per pixel that a curve passes over, and 26 bytes times the uncertainty per pixel side of the longest curve.
+/// bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the uncertainty per pixel
+/// side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -13743,11 +13936,11 @@ struct aligned_silhouettes {
 
 // ---- ldi/depth/level_dips.hpp
 // Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. The ring's outer border is a step of its own, where no object ends, and tears the background apart.
+// object. This dip ends in a second step, at which no object ends, and which tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
-// (Serra, "Image Analysis and Mathematical Morphology", 1982). Only dips are raised: a gap between two parts of an object is
-// much deeper, and remains.
+// (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
+// object is much deeper, and remains.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13809,7 +14002,7 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises error_code::invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
+/// Raises invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
 /// radius; 16 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     if (options.radius < 0 || options.radius > 64)
@@ -13841,7 +14034,7 @@ inline image<float> level_dips(image_view<const float> disparity, const level_op
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct middle_component_options {
-    /// Components with fewer pixels than this are merged.
+    /// Only components with fewer pixels than this are merged.
     std::int32_t min_size = 20;
 };
 
@@ -13862,7 +14055,7 @@ struct image_components {
     }
 };
 
-// End of the run of linked pixels that starts at `first`.
+// Returns the end of the run of linked pixels that starts at `first`. Neighbors on one surface count as linked.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
     constexpr std::int32_t step = 16;  // pixels per block: most are linked, and compilers vectorize the inner loop
     std::int32_t end = first + 1;
@@ -14045,9 +14238,9 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/step_band.hpp
-// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides. The band consists of curves of
-// pixels on a step, the front and back disparity of each curve pixel, and the nearest curve pixel of every pixel nearby.
-// examples/training/silhouettes/README.md defines the same band for training.
+// Finds the band of pixels beside sharp steps of a disparity map, in which the silhouette network assigns pixels to the front or
+// the back. A step is described by a curve of pixels and the front and back disparity of each of them. The band stores the
+// nearest curve pixel of every pixel nearby. examples/training/silhouettes/README.md defines the same band for training.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -14059,9 +14252,9 @@ struct step_band_options {
 
 /// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
 inline constexpr std::int32_t step_sides_radius = 4;
-/// Maximum distance of decided pixels from a curve.
+/// The network decides pixels up to this distance from a curve.
 inline constexpr std::int32_t step_band_radius = 12;
-/// Maximum distance from a curve of pixels that the network reads.
+/// The network reads pixels up to this distance from a curve.
 inline constexpr std::int32_t step_region_radius = 16;
 
 /// Pixels within step_region_radius of a curve.
@@ -14091,8 +14284,8 @@ struct step_band {
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
 /// least min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
-/// uppermost. Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6
-/// bytes per pixel, and 20 per pixel of the region.
+/// uppermost. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and columns of a curve.
+/// 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -14122,7 +14315,7 @@ private:
     static constexpr std::uint8_t beyond = radius + 1;
     /// Keys combine a candidate's squared distance and its column in one number, so that one minimum finds both.
     static constexpr std::int32_t column_bits = 6;
-    static constexpr std::uint16_t far_key = 49000;
+    static constexpr std::uint16_t far_key = 49000;  // no candidate nearby
 
     void find_curves() {
         buffer<std::uint8_t> stepped(disparity_.width(), 0);
@@ -14207,7 +14400,8 @@ private:
                                                             [](std::uint16_t key) { return key != far_key; });
             const std::int32_t column = static_cast<std::int32_t>(found - columns.begin()) - radius;
             if (column == width_) return;
-            // Extends the range over all columns that lie within `radius` of a column with a curve pixel.
+            // The range contains all columns within `radius` of a column with a candidate. It ends at the first gap of more than
+            // 2 * radius columns without a candidate.
             const std::int32_t first = (std::max)(x, column - radius);
             last = column + 1;
             for (std::int32_t u = last; u < (std::min)(width_, last + 2 * radius + 1); ++u)
@@ -14292,7 +14486,7 @@ inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t p
 /// Maps v from [-1, 1] to a byte.
 inline std::uint8_t unit_to_byte(float v) { return static_cast<std::uint8_t>(std::clamp(127.0F * v + 128.5F, 0.0F, 255.0F)); }
 
-/// Returns the network's input: K x 8 bytes.
+/// Returns the network's input: K x 8 bytes, for the K pixels of the band's region.
 inline buffer<std::uint8_t> band_input(const step_band& band, const undecided_depth& depth) {
     constexpr std::size_t channels = 8;
     const image_view<const float> map = depth.estimated;
@@ -14342,16 +14536,16 @@ inline buffer<std::uint8_t> channel_of(const buffer<std::uint8_t>& input, std::s
 }}}  // namespace ldi::detail
 
 // ---- ldi/depth/detail/side_surfaces.hpp
-// Splits a band into two surfaces, given the share of the front in each pixel: islands change sides, and pixels whose depth was
-// blurred get the depth of nearby pixels of the same surface.
+// Splits a band into two surfaces, given the share of the front in each pixel. Islands (groups of connected pixels on one side)
+// that are small, or far from every curve, change sides. Pixels whose depth was blurred get the depth of nearby pixels of the
+// same surface.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class side_surfaces {
 public:
     /// shares      K, in the units of decided_depth; 0 for pixels around the band, which do not change
-    /// min_island  minimum number of connected pixels on one side; smaller islands that lie entirely in the band change to the
-    ///             other side
+    /// min_island  minimum number of pixels of an island; smaller ones that lie entirely in the band change to the other side
     side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
         : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
@@ -14373,7 +14567,7 @@ private:
     /// most this share of the step.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
-    /// silhouette.
+    /// silhouette, and changes sides whatever its size.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
@@ -14442,8 +14636,8 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels with
-    /// a disparity of their own side keep it and pass it on. All other pixels get the disparity of their curve's side.
+    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels
+    /// whose disparity is close to their side's keep it and pass it on. All other pixels get the disparity of their curve's side.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -14489,8 +14683,8 @@ private:
         buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Passes values on to open pixels of the same side, breadth-first, so that each open pixel gets the value of the nearest
-    /// pixel that has one.
+    /// Passes values on to open pixels (those without a final value) on the same side. Proceeds breadth-first for up to `reach`
+    /// steps, so that each open pixel gets the value of the nearest pixel that is not open.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {
@@ -14508,9 +14702,9 @@ private:
         }
     }
 
-    /// Whether a disparity fits the pixel's side of its step. Next to another curve, pixels on that side may belong to another
-    /// surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve
-    /// pixels.
+    /// Whether a neighbor's disparity fits the pixel's side of its step. If the neighbor is nearer to another curve, it may
+    /// belong to another surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood
+    /// of its curve pixels.
     bool fits(float value, std::int32_t i) const {
         constexpr float inwards = 0.5F, outwards = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);
@@ -14546,9 +14740,10 @@ public:
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
-    /// Decides the silhouettes of a depth map. In the result, disparities in the band lie on one of the two surfaces, not between
-    /// them. If samples are as small as pixels, aligned_silhouettes decides instead, because such depth locates silhouettes
-    /// better than the network does. Time and memory are linear in the number of pixels for any disparity.
+    /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
+    /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
+    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels
+    /// for any disparity.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -14575,7 +14770,8 @@ public:
 private:
     /// Minimum difference between front and back. Lower steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
+    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels. An island is a group of connected
+    /// pixels on one side of a step, inside the band; smaller ones change to the other side.
     static constexpr double min_island_samples = 120;
     /// Factor of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.
@@ -14619,27 +14815,27 @@ struct normalize_options {
     /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
     /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// Relative difference between adjacent levels of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits encode
-    /// the logarithm of disparity; 0 for a source with fine levels.
+    /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
+    /// bits encode the logarithm of disparity; 0 for a source with fine levels.
     float relative_step = 0.0F;
-    /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, one step is a large part of the range; disparity then does not reach 0.
+    /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a scene
+    /// as flat as a wall, one step is a large part of the range; disparity then does not reach 0.
     float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
     /// up to scale and shift, and `assumed_range` replaces the unknown distances.
     bool is_inverse_depth = true;
     /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// Distances in meters, used if the source does not determine them.
+    /// Distances that are used if the source does not determine them, with 1e-6 <= z_near <= z_far <= 1e9.
     depth_range assumed_range = {};
-    /// Maximum ratio of the farthest to the nearest distance. Larger ratios are clamped, because disparity near the horizon is
-    /// mostly noise.
+    /// Maximum ratio of the farthest to the nearest distance, 1 to 1e6. Larger ratios are clamped, because disparity near the
+    /// horizon is mostly noise.
     float max_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
-    depth_range range;       ///< distances at disparity 1 and 0
+    depth_range range;       ///< distances at disparity 1 and 0; meters if the source is metric
 };
 
 namespace detail {
@@ -14685,8 +14881,8 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option for an option outside its
+/// mismatch for another shape; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
 /// range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
@@ -14709,8 +14905,8 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is
-        // highest - span.
+        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Disparity 0 corresponds to the
+        // source's value highest - span.
         const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
@@ -14760,7 +14956,7 @@ struct window {
 // Up to four pixels of the photo: vector instructions process them together.
 struct four_pixels {
     std::size_t count = 0;
-    std::array<float, wide> x{}, y{};  // in samples
+    std::array<float, wide> x{}, y{};  // positions in samples
     std::array<float, wide> red{}, green{}, blue{};
     std::array<float*, wide> result{};
 };
@@ -14806,13 +15002,13 @@ inline image<float> nearest_samples(image_view<const float> disparity, image_vie
     return result;
 }
 
-// For each sample, whether the window around it contains an edge.
+// Returns for each sample whether the window around it contains an edge.
 inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule surface) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     const auto begin = [](std::size_t at) { return at < radius ? 0 : at - radius; };
     const auto end = [](std::size_t at, std::size_t count) { return (std::min)(at + radius + 1, count); };
     buffer<bool> result(rows * columns);
-    buffer<float> low(columns), high(columns);  // extremes of the columns of one row's windows
+    buffer<float> low(columns), high(columns);  // per column: extremes over the rows of a window
     for (std::size_t v = 0; v < rows; ++v) {
         std::copy_n(disparity.row(v), columns, low.begin()), std::copy_n(disparity.row(v), columns, high.begin());
         for (std::size_t y = begin(v); y < end(v, rows); ++y) {
@@ -14867,7 +15063,8 @@ private:
     std::size_t first_row(std::size_t v) const { return first_pixel(v, photo_.height(), disparity_.height()); }
     std::size_t first_column(std::size_t u) const { return first_pixel(u, photo_.width(), disparity_.width()); }
 
-    // Position of a pixel's center in the map, in samples; up to one sample outside the map.
+    // Position of a pixel's center in the map, in samples, between half a sample before the first and half a sample after the
+    // last sample's center.
     float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
     float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
 
@@ -14897,8 +15094,8 @@ private:
         around.count = count;
     }
 
-    // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples of its surface. exp(-a) is
-    // approximated by (1 - a/32 + a^2/2048)^32.
+    // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples on the median's surface.
+    // exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
     void set_medians(const window& around, const four_pixels& pixels) const noexcept {
         const four_floats x = load(pixels.x.data()), y = load(pixels.y.data()), red = load(pixels.red.data()),
                           green = load(pixels.green.data()), blue = load(pixels.blue.data());
@@ -14982,8 +15179,8 @@ private:
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
-/// Point-samples maps at least as fine as the photo. Raises error_code::mismatch for empty images or other numbers of channels,
-/// error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
+/// Point-samples maps at least as fine as the photo. Raises mismatch for empty images or other numbers of channels,
+/// invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -15126,7 +15323,7 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 ///
-/// Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
+/// Raises invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
 /// sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
@@ -15144,9 +15341,9 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
 
 // ---- ldi/depth/weighted_median.hpp
 // The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
-// around a pixel, sorted by value, it selects the sample whose sums of preceding and of following weights are closest to equal.
-// Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight, which forces a
-// decision between the two sides.
+// around a pixel, sorted by value, it selects the sample for which the sum of the weights before it is closest to the sum of the
+// weights after it. Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight,
+// which forces a decision between the two sides.
 //
 // Sorting networks filter four pixels at once: they sort columns of five and merge pairs of columns, which neighboring windows
 // share; then they merge two pairs and a column. Weights depend only on the value, so only values are sorted.
@@ -15284,15 +15481,15 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the sums of the
-    // 12 weights on either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain
-    // medians are exact.
+    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
+    // either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain medians are
+    // exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
         const four_floats high =
             larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
-        const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // weights above 1 - 1.9/26
+        const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // all weights above 0.926
         return all_of(alike) ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
     }
 
@@ -15349,8 +15546,8 @@ private:
 ///
 /// disparity  H x W x 1, finite
 ///
-/// A sample whose 4-neighborhood contains another surface has zero weight, as have samples outside the image. A pixel without
-/// weighted samples keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
+/// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
+/// its value if all weights are zero. Raises invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
@@ -15419,23 +15616,25 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, also of curves in front of the background; to measure what the rule is worth
+    all,        ///< every end inside the photo, also of curves in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
 struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
-    /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. If such a
-    /// curve joins two junctions of a valid silhouette, dropping it would bridge the silhouette.
+    /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. Here, a
+    /// short curve between two junctions of a valid silhouette remains: closing it would leave a bridge across the silhouette.
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    /// Ends of curves at which the hidden surface must not spread sideways.
     constrained_ends constraints = constrained_ends::midground;
-    /// Maximum number of pixel sides in all curves, per pixel of the photo. A denser depth map, such as noise, is not a picture
-    /// of surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so that
-    /// such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
+    /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
+    /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
+    /// remaining ones until the limit holds. A noise map then takes only a few times as long as a photo's.
     float max_density = 0.2F;
-    /// Maximum number of pixel sides in all curves. Bounds the number of charts of photos of more than 2.5 megapixels.
+    /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
+    /// limit for photos of more than 2.5 megapixels.
     std::size_t max_sides = 500'000;
 };
 
@@ -15498,8 +15697,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
-            if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
-                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel ||
+            if (!is_inside || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
+                g.y()[d.back] + step_y(d.toward_front) != g.y()[d.front] || g.neighbor(d.back, d.toward_front) != no_pixel ||
                 disparity[d.front] < disparity[d.back])
                 fail();
         }
@@ -15519,8 +15718,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
-/// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
-/// sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// end is still as large as the threshold, so a camera that moves along the curve sees behind the front surface there, past the
+/// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {
@@ -15551,13 +15750,13 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
                     y = detail::nearest_float(corners.y(end)), dy = y - detail::nearest_float(corners.y(inner));
         const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
         growth_constraint c{x, y, dx / norm, dy / norm, -dy / norm, dx / norm};
-        float towards_front = 0.0F;
+        float toward_front = 0.0F;
         for (std::size_t i = 0; i < length; ++i) {
-            const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].towards_front;
-            towards_front +=
+            const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].toward_front;
+            toward_front +=
                 c.perpendicular_x * detail::nearest_float(step_x(s)) + c.perpendicular_y * detail::nearest_float(step_y(s));
         }
-        if (towards_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
+        if (toward_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
         return c;
     };
 
@@ -15602,8 +15801,8 @@ struct expansion_access {
     }
 };
 
-// Indices below K are pixels of the base layer, pixel (x, y) at y * width + x. Hidden pixels follow in the order in which they
-// were added.
+// Pixels of a base layer, and hidden pixels behind them. Indices below K are pixels of the base: pixel (x, y) has index y * width
+// + x. Hidden pixels follow in the order in which they were added.
 class hidden_pixels {
 public:
     /// base       one layer in the order of the photo; growth adds links to its pixels
@@ -15621,7 +15820,7 @@ public:
     std::int32_t height() const { return base_.height(); }
     std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
+    /// Index of the visible pixel at (x, y). next_at_position() leads from it to the hidden pixels there, one by one.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -15665,12 +15864,12 @@ public:
         }
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        const graph topology = std::move(all).build();
+        const graph topology = std::move(all).build(unchecked);
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
-    /// write_disparity() may follow.
+    /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
+    /// here. Only write_disparity() may follow.
     grown_pixels merge() {
         newest_ = {}, older_ = {};
         grown_pixels result;
@@ -15695,7 +15894,7 @@ public:
             g.set_neighbor(to + p.count - 1, side::right, moved(from.right()[p.first + p.count - 1]));
             to += p.count;
         }
-        result.topology = std::move(g).build();
+        result.topology = std::move(g).build(unchecked);
         result.origins = std::move(origin_);
         base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
@@ -15720,7 +15919,7 @@ private:
     // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
-                                         0);  // hidden pixels that start a run, counted by row
+                                         0);  // per row: number of hidden pixels that start a run, later their first index
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
             if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
         for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];
@@ -15772,6 +15971,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
+/// continues beneath it for a few pixels, so that no camera sees a gap. This continuation is a "dive".
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -15826,7 +16027,7 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
+                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
@@ -15841,7 +16042,8 @@ public:
     }
 
 private:
-    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
+    // Growth is measured from the center of a pixel at the silhouette to the far edge of the last pixel that is at least partly
+    // uncovered. It therefore exceeds the parallax by up to three half pixels.
     static constexpr float half_pixels = 1.5F;
     // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
     // disparities on either side by a few hundredths.
@@ -15863,8 +16065,9 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free to
-        // be linked, if one exists. The new pixel inherits its origin from the neighbor whose surface may still grow farthest.
+        // As in the paper, the disparity of the new pixel is the average over its neighbors. Its neighbor on each side is the
+        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits its origin from the neighbor
+        // whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -15900,8 +16103,8 @@ private:
     enum class meeting { none, ends, goes_beneath };
 
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
-    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
-    // camera can see into the gap between them.
+    // surface already has a neighbor on that side, this surface ends there, or dives for as many pixels as a camera can see into
+    // the gap between them.
     meeting meet_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
@@ -15920,15 +16123,15 @@ private:
     }
 
     // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
-    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
-    // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
-    // closes the gap.
+    // threshold of the photo's surface but cannot be linked to it dives, for as many pixels as a camera can see into the gap:
+    // otherwise there would be a hole between the two. The dive stops at another hidden surface, which also closes the gap.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
         return false;
     }
-    // Whether the surface behind a curve may join a pixel: one of the photo, or behind the same curve, unless curves merge.
+    // Whether the surface behind a curve may join a pixel. It may join any pixel if curves merge, and otherwise only pixels of
+    // the photo and hidden pixels behind the same curve.
     bool may_meet(std::size_t curve, std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
@@ -15965,7 +16168,8 @@ private:
         return best;
     }
 
-    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the disparity of the nearest front pixel along a curve. Considers only the part of the curve from which the hidden
+    // surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -15984,9 +16188,10 @@ private:
         return reach;
     }
 
-    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
-    // cannot cross it. It is as long as the surface grows at that end: a surface that grows farther from elsewhere may pass it.
-    // It starts 2 pixels before the curve's end, a value tuned by experiment.
+    // Whether the center of (x, y) lies on the constraint at one of the curve's ends, a line so wide that a step of one pixel
+    // cannot cross it. The line leads from the curve's end behind the front surface. It is as long as the surface grows at that
+    // end: a surface that grows farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the
+    // curve, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -16004,20 +16209,20 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
+    buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;     // maximum length in pixels of a surface's continuation beneath another
+    std::int32_t max_dive_ = 0;     // maximum length of a dive in pixels
     buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
-    buffer<std::int32_t> dives_;    // per hidden pixel: length of its surface's continuation beneath another so far
+    buffer<std::int32_t> dives_;    // per hidden pixel: length of the dive up to this pixel; 0 outside dives
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/expand.hpp
-// Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel per iteration, each
-// curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
+// Hallucinates occluded surfaces (paper, section "Occluded Surface Hallucination"). The back surface of every discontinuity grows
+// behind the front surface, by one pixel per iteration along a whole curve, as far as the camera can uncover it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16026,13 +16231,14 @@ struct expand_options {
     /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
     /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
+    /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this is the tighter limit, views within
+    /// `motion` show gaps.
     int iterations = 4096;
     /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
-    /// 1 with the default motion; noise and staircases would need six.
+    /// 1 with the default motion; without the limit, noise and staircases would need 6.
     float max_hidden = 1.25F;
-    /// Whether hidden surfaces behind different curves join where they meet at similar depth. false: they pass each other, which
-    /// only serves to measure what joining is worth.
+    /// Whether hidden surfaces behind different curves join where they meet at similar depth. If false, they pass each other; for
+    /// comparison only.
     bool merges_curves = true;
 };
 
@@ -16052,20 +16258,21 @@ struct expanded_layers {
 ///          surface. A smaller max_step than lift()'s is not detected: hidden surfaces then join too rarely
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options or a step outside their ranges.
+/// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options outside their ranges or a max_step outside
+/// [0.001, 1].
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
-/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
-/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
-/// the threshold, so that growing surfaces at similar depth become one. A surface that can't be linked to another continues
-/// beneath it for a few pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average over the
+/// pixels that it grew from, or lower: it is farther than the photo's pixel at its position by more than surface_rule::max_step.
+/// All other columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up
+/// to about twice the threshold, so that growing surfaces at similar depth become one. A surface that can't be linked to another
+/// continues beneath it for a few pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
-/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
-/// tests and pictures.
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
+/// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
 ///
-/// At most 1 / surface_rule::max_step surfaces lie at one position. Per pixel of the photo, most photos need less than half a
-/// hidden pixel; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is up to
-/// 110 bytes per pixel.
+/// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
+/// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
+/// up to 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -16187,7 +16394,7 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;
     return single_layer<Color, disparity_column, known_column, matte_column>(
-        layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+        layers(std::move(g).build(unchecked), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
 }  // namespace detail
@@ -16198,8 +16405,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 /// facts      properties of the photo; their surface rule decides which neighbors are linked
 ///
-/// Raises error_code::mismatch if the images differ in size or have no pixel, error_code::invalid_data for a disparity outside
-/// [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if the images differ in size or have no pixel, invalid_data for a disparity outside
+/// [0, 1], too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
@@ -16290,8 +16497,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/border_lines.hpp
-// Measures the slopes of a photo's lines at its border, and selects the pixels that its continuation shows
-// (occlusion/past_frame.hpp).
+// Measures the slopes of a photo's lines at its border, and selects the pixels of the photo that its surfaces show again past the
+// border (occlusion/past_frame.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16330,10 +16537,11 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, then the sources of its continuation past the border,
-    /// from the inner side of the rim outwards. Sources are the pixels inside the rim, mirrored, and shifted along the border so
-    /// that lines with the given slope continue straight. If the surface ends, the path reverses. Returns the number of pixels
-    /// for the rim: 0 if the surface ends inside the rim.
+    /// Appends the sources of the rim's pixels at the border pixel `start`, from the inner side of the rim outwards, then the
+    /// sources of the `count` pixels by which the surface continues past the border. A source is the pixel whose color a pixel
+    /// shows. The sources follow a path that starts inside the rim and leads inwards, so that they mirror the photo. It shifts
+    /// along the border so that lines with the given slope continue straight, and turns back where the surface ends. Returns the
+    /// number of pixels for the rim: 0 if the surface ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -16356,14 +16564,14 @@ public:
 
 private:
     static constexpr int depth = 24;              // number of pixels inwards that are measured
-    static constexpr std::ptrdiff_t radius = 16;  // of the averages along the border, in pixels; sums are averaged twice
+    static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
     /// Sums of products of two gradients: inwards, and along the border.
     struct sums {
         float inwards_along = 0, along_along = 0, inwards_inwards = 0;
 
-        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms draw it toward 0: for lines nearly
-        /// parallel to the border, and for noise.
+        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` draw it toward 0: for
+        /// lines nearly parallel to the border, and for noise.
         float slope() const {
             const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
             return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
@@ -16421,7 +16629,7 @@ private:
     side inwards_, along_;
 };
 
-/// One side of a photo's border, and how surfaces continue past it.
+/// One side of a photo's border, and the length and slope of each surface's continuation past it.
 struct border_side {
     side inwards;
     border_lines lines;
@@ -16509,7 +16717,7 @@ public:
             for (std::int32_t i = 0; i < old_.count(); ++i)
                 if (from[i] != no_pixel) result_.set_neighbor(new_index_[i], s, new_index_[from[i]]);
         }
-        return {std::move(result_).build(), std::move(pieces_), origins_};
+        return {std::move(result_).build(unchecked), std::move(pieces_), origins_};
     }
 
     /// Returns the new index of each old pixel.
@@ -16584,7 +16792,7 @@ public:
                 const std::int64_t reach = b->reach[i];
                 total += reach;
                 if (b != &left_ && b != &right_) continue;
-                const std::int32_t y = graph_.y()[b->pixels[i]];  // a corner continues in both directions
+                const std::int32_t y = graph_.y()[b->pixels[i]];  // at a corner of the photo, new pixels fill a square
                 total += reach * reach * ((y == 0 ? 1 : 0) + (y == last ? 1 : 0));
             }
         return total;
@@ -16628,8 +16836,9 @@ private:
     struct line {
         std::int32_t first, last, left, right;
     };
-    /// The start of a column of new pixels above or below the photo: a pixel of the photo's first or last row, or of the row's
-    /// continuation to the left or right.
+    /// A column of `reach` new pixels above or below the photo. It continues a pixel of the photo's first or last row, or of the
+    /// row's continuation to the left or right. `source` is that pixel or, in the continuation, the pixel that it shows. `border`
+    /// is the border pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -16656,7 +16865,7 @@ private:
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
     }
 
-    /// Sets `lines` to the runs of row y in the order of their continuations.
+    /// Sets `lines` to the runs of row y, in canonical order with their continuations.
     void find_lines(std::int32_t y, buffer<line>& lines) const {
         lines.clear();
         for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
@@ -16666,7 +16875,7 @@ private:
         });
     }
 
-    /// Lists the pixels of the rim inside a border pixel, with the pixels whose colors they get.
+    /// Lists the rim's pixels from a border pixel inwards, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         path_.clear();
         for (std::int32_t k = b.add_path(pixel, 0, path_); k-- > 0;) {
@@ -16704,7 +16913,7 @@ private:
 
     /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  for rows below: the new index of each column's start; empty for rows above
+    /// beside  for rows below: the new index of the pixel that each column continues; empty for rows above
     ///
     /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
     /// pixels.
@@ -16798,9 +17007,9 @@ private:
 //
 // The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
 // their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
-// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are
-// those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
-// (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
+// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
+// the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
+// continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
 // see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -16823,7 +17032,7 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
     constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
     const float width = detail::nearest_float(camera.width);
     const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
-    // The window of a stereo pair is at the nearest surface. Each eye moves by at most a sixtieth of the width
+    // In a stereo pair, the window is at the nearest surface, and each eye's view shifts by at most a sixtieth of the width
     // (render/stereo.hpp).
     const float eye = (std::min)(0.5F * pixels_per_disparity, width / 60.0F);
     const float d = std::clamp(disparity, 0.0F, 1.0F);
@@ -16833,8 +17042,8 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
 
 namespace detail {
 
-/// Returns the color of a pixel of the photo, softened with its neighbors' colors: detail past the border costs bytes and only
-/// repeats the photo.
+/// Returns the color of a pixel of the photo, softened with its neighbors' colors. Full detail past the border would only repeat
+/// the photo and enlarge the compressed texture.
 ///
 /// margin  photo_facts::margin of the layers
 template <has_column<color_column> Layers>
@@ -16854,7 +17063,7 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
         if ((std::min)(u, v) < margin || u >= g.width() - margin || v >= g.height() - margin) continue;
         if (const std::int32_t i = g.neighbor(pixel, s); i != no_pixel) add(i, 1);
     }
-    // (sum + count / 2) / count, exact for sums of six bytes
+    // Multiplication by a reciprocal returns exactly (sum + count / 2) / count for sums of up to six bytes.
     static constexpr std::array<int, 7> reciprocals{0, 0, 32768, 21846, 16384, 13108, 10923};
     std::array<std::uint8_t, 3> result{};
     for (std::size_t c = 0; c < 3; ++c)
@@ -16869,11 +17078,12 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// layers  layers on the photo's lattice, in canonical order; every pixel has a color
 /// facts   camera and motion are used
 ///
-/// New pixels are unknown. The columns' new_pixel rules compute their values from the pixels that they show; their disparity is
-/// that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a line across the
-/// picture. The colors inside the rim replace it, and its pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, invalid_data for disparities that are not finite, too_large for 2^31 pixels
-/// or positions, which leaves the layers empty. Linear time.
+/// A new pixel shows a pixel of the photo: it gets that pixel's softened color and the disparity of the border pixel, and its
+/// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
+/// color along a side, such as the edge of a scanned slide, would become a line across the picture. The colors inside the rim
+/// replace it, and its pixels become unknown. The result is in canonical order. Raises invalid_option for a motion that is not 0
+/// or more, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
+/// layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -16890,7 +17100,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const graph old = std::move(base).build();
+        const graph old = std::move(base).build(unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
             return static_cast<std::int32_t>((std::min)(pixels, too_far));
@@ -16917,7 +17127,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
+            // Replaces the values of the new_pixel rules: black, and the disparity of the pixel that the new pixel shows.
             const std::int32_t at = to + i - p.first;
             const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
             std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
@@ -16932,8 +17142,8 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so they would open as cracks and cut
-// charts into slivers. Therefore, this stage links the pixels on both sides again, and the mesh spans the step.
+// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so that they would open as cracks and cut
+// charts into slivers. Therefore, this stage links the pixels on both sides, and the mesh spans the step.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16944,14 +17154,14 @@ template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "close_spurious_discontinuities");
-    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pairs across curves: left or upper pixel, right or lower pixel
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pixels on both sides of a curve: left and right, or upper and lower
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
     struct open_link {
         std::int32_t pixel, other;
-        side towards;
+        side toward;
     };
     buffer<open_link> open;
     const graph_view g = layer.topology();
@@ -16965,7 +17175,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
             if (y + 1 < g.height()) find(pixel, side::down, pixel + g.width());
         }
     layer.edit_links([&](link_editor& links) {
-        for (const open_link& o : open) links.link(o.pixel, o.towards, o.other);
+        for (const open_link& o : open) links.link(o.pixel, o.toward, o.other);
     });
     return open.size();
 }
@@ -16982,7 +17192,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on this side
+/// value           value(pixel, side): the channels of the known pixel `pixel`, which is a neighbor of an unknown pixel on its
+///                 side `side`
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
@@ -17073,10 +17284,11 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
-    /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
+    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo, 0 to 100; 0 disables
+    /// grain. Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// Maximum standard deviation that counts as noise, in gray levels of 255: stronger detail is an edge.
+    /// Maximum standard deviation that counts as noise, in gray levels, 0 to 255. Stronger detail is an edge, and is limited to
+    /// this value.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -17121,7 +17333,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // in pixels, tuned by experiment: wider than the blur of lens and JPEG, but narrower than small objects
+    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: farther than lens and JPEG blur
+    // a silhouette, but less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -17139,10 +17352,11 @@ private:
     array_view<const std::uint8_t> known_;
 };
 
-inline void check_option(const char* name, float value, float least, float most) {
-    if (!(value >= least && value <= most))
+inline void check_option(const char* name, float value, float minimum, float maximum) {
+    if (!(value >= minimum && value <= maximum))
         raise(error_code::invalid_option, name,
-              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), detail::to_text(value));
+              std::to_string(static_cast<int>(minimum)) + " to " + std::to_string(static_cast<int>(maximum)),
+              detail::to_text(value));
 }
 
 inline void check_options(const grain_options& options) {
@@ -17209,10 +17423,10 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel on a silhouette, and the photo's colors on both sides.
+/// One side of a pixel on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
-    side towards_front;        ///< direction from `back` to `front`
+    side toward_front;         ///< direction from `back` to `front`
     float_color foreground{}, background{};
     bool can_tell = false;  ///< whether both colors are known and differ
 };
@@ -17252,8 +17466,8 @@ public:
     /// contrast  minimum distance between distinguishable colors, in 1 / 255
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
-            const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
-                                  sample(colors, s.back, opposite(s.towards_front), s.background);
+            const bool has_both = sample(colors, s.front, s.toward_front, s.foreground) &&
+                                  sample(colors, s.back, opposite(s.toward_front), s.background);
             s.can_tell = has_both && squared_distance(s.foreground, s.background) >= contrast * contrast;
         }
     }
@@ -17279,8 +17493,8 @@ private:
     }
 
     /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
-    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close to a silhouette as mixed pixels
-    /// are.
+    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a silhouette,
+    /// where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
@@ -17319,11 +17533,11 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/local_matte.hpp
-// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
-// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
-// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
-// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
-// to its own estimate.
+// Estimates the nearer surface's share in the colors beside a silhouette from these colors, unless the share is known. Each pixel
+// searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
+// (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
+// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a
+// pixel is pulled to its own estimate.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17331,7 +17545,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct mixture {
     float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate in the diffusion; each neighbor has weight 1
 };
 
 /// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
@@ -17341,7 +17555,7 @@ struct mixture {
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
                      const float* known_alpha) {
     mixture best;
-    float least = std::numeric_limits<float>::infinity(), contrast = 1;
+    float min_cost = std::numeric_limits<float>::infinity(), contrast = 1;
     for (std::size_t f = 0; f < count; ++f)
         for (std::size_t b = 0; b < count; ++b) {
             float_color across, from_background, error;
@@ -17353,18 +17567,18 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
             const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
-            if (cost >= least) continue;
-            least = cost, contrast = squared;
+            if (cost >= min_cost) continue;
+            min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
     // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
-    const float error = std::sqrt(least / (contrast + 1.0F));
+    const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
 /// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
-/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
+/// distinguishable, confidence is 0. alpha is then the known share, or else 1 in front and 0 behind.
 class local_matte {
 public:
     /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
@@ -17396,15 +17610,15 @@ public:
     }
 
 private:
-    /// A pixel uses the samples at its nearest silhouette side, and at the nearest sides of pixels this far away along rows and
-    /// columns.
+    /// A pixel uses the samples at its nearest silhouette side. It also uses those at the nearest sides of the four pixels at
+    /// this distance, in pixels, along its row and column.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages in between may have moved a
-    /// silhouette.
+    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages that ran after the share
+    /// was determined may have moved a silhouette.
     bool has_share(const silhouette_band::place& p) const {
         const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
         return share != 0 && (share >= 128) == p.in_front;
@@ -17482,8 +17696,8 @@ struct mixed_color_options {
     int foreground_margin = 2;
     /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
     /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
-    /// inaccurate depth edge leaves there. On the views of bench/quality, the first pixel gains 0.08 dB compared to refilling
-    /// only where colors look mixed; on six stereo pairs, a second pixel costs 0.23 dB.
+    /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
+    /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
     int background_margin = 1;
     /// Maximum distance of mixed colors from a silhouette between surfaces that differ, as a share of the photo's long side, but
     /// at least two pixels. 0 disables the search.
@@ -17494,8 +17708,8 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown, except those without a known pixel behind them that
-// could refill them: a thin rod keeps its colors.
+// Marks the pixels within `margin` steps of `edge` over links as unknown. Pixels stay known if no known pixel farther from the
+// edge could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
@@ -17511,7 +17725,7 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
-        if (rings.back().empty()) return;  // no known pixel lies behind
+        if (rings.back().empty()) return;  // no known pixel is farther from the edge
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
@@ -17548,7 +17762,7 @@ inline int band_width(float reach, const graph_view& g) {
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
-/// Restores the foreground's share of mixed foreground colors, and marks mixed background colors as unknown.
+/// Replaces mixed foreground colors by the foreground's own color, and marks mixed background colors as unknown.
 template <class Layers>
 class color_cleaner {
 public:
@@ -17625,7 +17839,7 @@ private:
 
 }  // namespace detail
 
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets matte_column if the layers have
+/// Unmixes the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets matte_column if the layers have
 /// it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
@@ -17667,7 +17881,7 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 
 // ---- ldi/inpaint/detail/texture_cells.hpp
 // The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
-// same surfaces. They are a small part of a photo's pixels, so they get their own numbers.
+// same surfaces. They are a small part of a photo's pixels, so they are numbered separately, as cells.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17684,7 +17898,7 @@ struct texture_cells {
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
     buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
-    buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
+    buffer<std::int32_t> above, below;             ///< per cell: the linked cell there, or the cell itself
     buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 
     std::int32_t count() const { return pixel.count(); }
@@ -17717,8 +17931,8 @@ private:
     }
 };
 
-/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
-inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
+inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int max_steps) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
@@ -17731,7 +17945,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
         }
     };
     for_each_unknown(known, [&](std::int32_t i) { visit_around(i, 1, wave); });
-    for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
+    for (int distance = 2; distance <= max_steps && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
         wave.swap(further);
@@ -17739,7 +17953,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// Returns for each cell the cell two links away.
+/// Returns for each cell the cell two steps away along `links`.
 inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
     buffer<std::int32_t> result(links.size(), unset);
     for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
@@ -17818,7 +18032,7 @@ inline constexpr int tap_values = 15;
 inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
     int sum = 0;
 #if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1  // if the loop is unrolled, GCC does not use the instruction for sums of absolute differences
+#pragma GCC unroll 1  // GCC uses the instruction for sums of absolute differences only if the loop is not unrolled
 #endif
     for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
     return sum;
@@ -18065,17 +18279,17 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
-    /// Strength relative to the texture of the photo; 0 leaves only grain.
+    /// Strength relative to the texture of the photo, 0 to 100; 0 leaves only grain.
     float strength = 1.0F;
-    /// Limit of a pixel's texture, as a multiple of the photo's detail around it; texture approaches the limit gradually. With a
-    /// large limit, edges are copied, too.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
+    /// gradually. With a large limit, edges are copied, too.
     float crest = 4.0F;
-    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
+    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources, 1 to 200.
     int reach = 32;
-    /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
-    /// this value, texture fades to grain.
+    /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
+    /// value and twice this value, texture fades to grain.
     float tolerance = 13.0F;
-    /// Rounds of the search, in alternating directions.
+    /// Rounds of the search, in alternating directions, 1 to 60.
     int rounds = 2;
 };
 
@@ -18112,16 +18326,16 @@ public:
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
-        const float most = options_.crest * noise;
+        const float max_value = options_.crest * noise;
         for (std::size_t c = 0; c < 3; ++c) {
             const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
-            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+            result[c] = value * (options_.strength * (max_value > 0.0F ? max_value / (max_value + std::abs(value)) : 0.0F));
         }
         return result;
     }
 
 private:
-    static constexpr int margin = 3;  // approximate distance from a source at which its blur and its taps read cells
+    static constexpr int margin = 3;  // width of the margin in steps: cells that blur and taps of sources read
 
     texture_options options_;
     texture_cells cells_;
@@ -18175,23 +18389,25 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 }}  // namespace ldi
 
 // ---- ldi/inpaint/uncertain_rims.hpp
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
-// samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are true
-// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces are colored. restore_rims() then restores the pixels that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are inaccurate by up
+// to a few samples, so such traces remain on the background beside them, and inpainting would continue them. Most pixels there
+// are visible and have the background's own color, so refilling all of them would blur the photo. Instead, mark_uncertain_rims()
+// makes them unknown while hidden surfaces are colored. restore_rims() then restores the pixels that show no trace of the surface
+// in front.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
+    std::int32_t position;              ///< of the pixel on the photo's lattice, row-major
     std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
     std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
 };
 
-/// 0, or 1 + the pixel's index in the result of mark_uncertain_rims().
+/// 1 for a pixel that mark_uncertain_rims() marked, otherwise 0.
 struct rim_column {
-    using scalar = std::int32_t;
+    using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
@@ -18212,9 +18428,9 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
-/// them that could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in the
-/// order of the pixels, and sets rim_column to refer to it.
+/// Marks the known background pixels within `width` pixels of silhouettes as unknown. Pixels stay known if no pixel farther from
+/// the silhouette could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in
+/// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
@@ -18223,8 +18439,8 @@ template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
     buffer<uncertain_rim> rims;
-    const auto rim_of = layers.template column<rim_column>();
-    std::fill(rim_of.begin(), rim_of.end(), 0);
+    const auto is_rim = layers.template column<rim_column>();
+    std::fill(is_rim.begin(), is_rim.end(), std::uint8_t{0});
     if (width <= 0) return rims;
     const graph& g = layers.topology();
     const auto known = layers.template column<known_column>();
@@ -18232,7 +18448,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // Pixels that unmix_colors() changed at the silhouette are already unknown. The margin starts behind them.
+    // unmix_colors() may have marked pixels at the silhouette as unknown. mark_margin() would not pass them, so all pixels count
+    // as known while it runs.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -18242,8 +18459,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
             // A pixel of a narrow surface between two others may be in front at its nearest silhouette.
-            rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
-            rim_of[i] = rims.count();
+            rims.push_back({i, {color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
+            is_rim[i] = 1;
         }
         known[i] = known[i] != 0 ? before[i] : std::uint8_t{0};
     }
@@ -18251,33 +18468,45 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 }
 
 /// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
-/// contains more than an eighth of the foreground stay inpainted. This share is measured on the line from the inpainted color,
-/// which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+/// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
+/// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 ///
-/// rims  result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if rim_column refers to an
-///       index outside of it
+/// layers  on the photo's lattice
+/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if it lacks a pixel that
+///         rim_column marks
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
-    const auto rim_of = layers.template column<rim_column>();
-    for (const std::int32_t rim : rim_of)
-        if (rim < 0 || static_cast<std::size_t>(rim) > rims.size())
+    struct rim_pixel {
+        std::int32_t pixel;
+        const uncertain_rim* rim;
+    };
+    buffer<rim_pixel> marked;
+    detail::for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
+        const auto position = static_cast<std::int32_t>(layers.topology().position_of(i));
+        const auto rim =
+            std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
+        if (rim == rims.end() || rim->position != position)
             raise(error_code::mismatch, "restore_rims", "rims of these layers", std::to_string(rims.size()) + " others");
-    for (std::int32_t i = 0; i < rim_of.count(); ++i) {
-        if (rim_of[i] == 0) continue;
-        const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];
-        std::uint8_t* const color = layers.template at<color_column>(i).data();
-        if (rim.is_distinguishable && detail::share_of_way(rim.color.data(), color, rim.foreground.data()) > 0.125F) continue;
-        layers.template column<known_column>()[i] = 1;
-        std::copy_n(rim.color.data(), 3, color);
+        marked.push_back({i, &*rim});
+    });
+    for (const auto& [pixel, rim] : marked) {
+        std::uint8_t* const color = layers.template at<color_column>(pixel).data();
+        if (rim->is_distinguishable && detail::share_of_way(rim->color.data(), color, rim->foreground.data()) > 0.125F) continue;
+        layers.template column<known_column>()[pixel] = 1;
+        std::copy_n(rim->color.data(), 3, color);
     }
 }
 
 }}  // namespace ldi
 
 // ---- ldi/charts/chart_set.hpp
-// Charts: flat pieces of a layered image (charts/charts.hpp divides one), and their positions in an atlas.
+// Charts: flat pieces of a layered image, into which charts/charts.hpp divides it, and their positions in an atlas.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Maximum width and height of a chart's bounding box, in pixels: the maximum side of the default atlas
+/// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
+inline constexpr std::int32_t max_chart_box = 8192;
 
 /// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
@@ -18308,7 +18537,7 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
     const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
     const std::int32_t *const x = g.x().data(), *const y = g.y().data();
-    std::int32_t previous = no_pixel, different = 0, outside = 0;  // outside: negative if a pixel is
+    std::int32_t previous = no_pixel, different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
     for (std::size_t i = 0; i < box.pixels.size();) {
         // Pixels adjacent in memory are checked with vector instructions, because this runs over all pixels.
         const std::int32_t first = box.pixels[i];
@@ -18347,8 +18576,8 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface.
-/// All other values are 0, in a photo almost all: pixels within `range` of these positions belong to one surface, so constraint 3
-/// holds there.
+/// All other values are 0; in a photo, these are almost all. Around a position with value 0, all pixels within `range` rows and
+/// columns belong to one surface, so constraint 3 holds there.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -18370,8 +18599,9 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`; exact if none is now. A chart
-/// that winds is as long in any box, so the area of longer boxes is about proportional to their side.
+/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`. The result is exact if no side
+/// is longer already. Otherwise, it is proportional to `side` for the longer boxes: a winding chart that is divided does not
+/// change its length.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -18467,7 +18697,8 @@ private:
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
-            const std::int32_t first = pixel;  // start of pixels adjacent in memory; `++pixel` does not wait for the loaded link
+            // Among pixels adjacent in memory, `++pixel` does not have to wait until the link to the right is loaded.
+            const std::int32_t first = pixel;
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
             for (std::int32_t p = first; p <= pixel; ++p, ++x)
                 if (may_join(links[p], x, y)) add_strip(links[p], x, y);
@@ -18496,7 +18727,7 @@ private:
     bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
         if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
-        if (near_other_[at(x, y)] == 0) return true;  // the only pixel at its position
+        if (near_other_[at(x, y)] == 0) return true;  // the only pixel at its position, and no other surface is near
         return occupant(x, y) == no_pixel && is_clear_of_other_surfaces(pixel, x, y);
     }
 
@@ -18608,24 +18839,26 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct chart_options {
-    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
-    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
-    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
-    /// divided at all, so the default divides only larger photos.
+    /// Maximum width and height of a bounding box, in pixels; 16 to max_chart_box. The photo's width and height are divided
+    /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight
+    /// filled their atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the
+    /// photo was not divided at all, so the default divides only larger photos.
     std::int32_t max_side = 2048;
     /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
-    /// such as rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
+    /// like rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once and at most
-/// six times, if their boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
+/// invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
+/// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 18 bytes per pixel
+/// and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
-    if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
+    if (options.max_side < 16 || options.max_side > max_chart_box)
+        raise(error_code::invalid_option, "max_side", "16 to " + std::to_string(max_chart_box), std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
     constexpr std::int32_t min_side = 64;
@@ -18663,8 +18896,8 @@ struct packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that is large enough. Only the
-/// free leaves are stored, from left to right, because every search of the tree ends in one of them.
+/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf (free rectangle) of the tree that is large
+/// enough. Only the free leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
@@ -18693,7 +18926,8 @@ private:
         std::size_t next;
     };
 
-    /// Cuts the free part of a leaf into two leaves. The larger one has the full length of the side with more free space.
+    /// Places a rectangle of this size in the top left corner of leaf `found`, and cuts the rest into two leaves. If more space
+    /// is free on the right than below, the right leaf has the full height. Otherwise, the lower leaf has the full width.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
@@ -18701,7 +18935,8 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf in the strip from which the rectangle was cut comes first in the tree.
+        // The leaf without the full height or width comes first in the tree. add() inserts it last, because it inserts before the
+        // others.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }
@@ -18748,7 +18983,7 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 }  // namespace detail
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises error_code::too_large if no sheet up to max_side x max_side is large enough.
+/// Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -18803,7 +19038,7 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises error_code::too_large for a
+/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises too_large for a
 /// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
@@ -18846,7 +19081,7 @@ inline constexpr std::int32_t macroblock_side = 16;
 enum class texel_kind : std::uint8_t {
     empty,       ///< outside the blocks of all charts
     photo,       ///< a pixel visible in the photo
-    refilled,    ///< a foreground pixel so close to a silhouette that its color was mixed and had to be inpainted
+    refilled,    ///< a visible pixel beside a silhouette whose color was mixed, so that it was inpainted
     occluded,    ///< an inpainted pixel behind another pixel
     copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
@@ -18893,7 +19128,7 @@ public:
 private:
     struct border_texel {
         std::ptrdiff_t texel;
-        std::int32_t pixel;  // pixel whose surface it shows; no_pixel beyond the surface's end
+        std::int32_t pixel;  // pixel that the texel shows; no_pixel beyond the surface's end
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
@@ -18931,7 +19166,7 @@ private:
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
         for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
-            constexpr std::ptrdiff_t block = 32;  // tests blocks of texels, because nearly none of them lies at the border
+            constexpr std::ptrdiff_t block = 32;  // texels tested together; few blocks have a texel at the border
             for (std::ptrdiff_t i = 0; i < count; i += block) {
                 const std::ptrdiff_t end = (std::min)(i + block, count);
                 int found = 0;
@@ -19082,8 +19317,8 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
-/// below 1, error_code::mismatch for charts of another image. Time is linear in pixels and texels, except for packing, which is
+/// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding
+/// below 1, mismatch for charts of another image. Time is linear in pixels and texels, except for packing, which is
 /// proportional to the number of charts times the number of their different sizes. Memory is up to 32 bytes per pixel and per
 /// texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
@@ -19144,7 +19379,7 @@ struct sheet_options {
     std::int32_t max_side = 4096;
     /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
-    /// Width of the layered image's margin beyond each side of the photo, in pixels of the image (photo_facts::margin).
+    /// Width of the margin beyond each side of the photo, in pixels of the layered image (photo_facts::margin).
     std::int32_t margin = 0;
 };
 
@@ -19204,7 +19439,8 @@ enum class sheet_source : std::uint8_t {
     cleaned,  ///< photo color, with the neighboring surface's share removed
 };
 
-/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Coordinates start at the padding.
+/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Pixel (0, 0) is the top left corner of
+/// the padding.
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
@@ -19274,7 +19510,7 @@ private:
     /// Changes the source from `photo` to `cleaned` for pixels within `guarded` rows and columns of a pixel with another
     /// source. Searches along rows, then along columns.
     void guard_borders() {
-        // 1 if a pixel of the row within `guarded` columns does not show the photo
+        // 1 if the row has a pixel within `guarded` columns whose source is not the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
@@ -19386,8 +19622,8 @@ private:
     /// onto the direction to the neighbor's color, and subtracts this projection. The remaining difference is the texture of
     /// the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // Keeps shares that are as small as noise, and shares of a neighbor with a similar color. The thresholds were tuned by
-        // experiment.
+        // Does not remove shares that are as small as noise, or shares of a neighbor with a similar color. The thresholds were
+        // tuned by experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
@@ -19418,9 +19654,9 @@ private:
 
 // ---- ldi/texture/sheets.hpp
 // Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
-// and memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets
-// with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are
-// drawn one at a time, so that only one must be in memory.
+// and memory without a gain. Colors can be finer. draw_sheet() redraws the charts with visible pixels on separate sheets, with
+// one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are drawn
+// one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
@@ -19450,7 +19686,7 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both axes
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
-    // Edges of a chart inside a texel are rounded outward, which may add a texel on each side.
+    // Chart edges that lie inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "max_chart_side",
@@ -19521,7 +19757,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
 /// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  as for lay_out_sheets()
+/// charts, atlas  those given to lay_out_sheets()
 /// worked_on      the photo from which the layered image was made, at the layered image's size
 /// photo          the same photo, at the size given to lay_out_sheets()
 ///
@@ -19641,14 +19877,14 @@ struct pixel_side {
     friend bool operator==(const pixel_side&, const pixel_side&) = default;
 };
 
-/// One corner of one pixel. A walk around its lattice point reaches the pixels linked there.
+/// One corner of one pixel. visit_corner_class() finds the pixels that share it.
 struct pixel_corner {
     std::int32_t pixel;
     int corner;
     friend bool operator==(const pixel_corner&, const pixel_corner&) = default;
 };
 
-/// Walks over a graph whose boundary sides are marked.
+/// Follows the boundaries of charts, pixel side by pixel side, in a graph whose boundary sides are marked.
 class boundary_walker {
 public:
     boundary_walker(const graph_view& g, const buffer<std::uint8_t>& sides)
@@ -19688,8 +19924,9 @@ public:
         return e;
     }
 
-    /// Visits the pixels that links connect around the lattice point of `c`, even across charts: these pixels share one corner.
-    /// The order does not depend on `c`. Returns the first pixel's corner, which identifies the shared corner.
+    /// Visits all pixels that share the corner `c`: those that links connect around its lattice point, even across charts. The
+    /// order is the same whichever of these pixels `c` names. Returns the first pixel's corner, which identifies the shared
+    /// corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
@@ -19726,7 +19963,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Represents the other side of a silhouette or of the photo's border.
+/// Left chart of a piece along a silhouette or along the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
 /// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
@@ -19752,7 +19989,8 @@ struct outline_step {
 };
 
 /// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part.
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part of
+/// the chart that meets there.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
@@ -19760,7 +19998,7 @@ struct chart_outlines {
     buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
     buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
     buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
+    /// One per pixel: bits 0 to 3 are set if its upper, right, lower, left side is a boundary of its chart.
     buffer<std::uint8_t> boundary_sides;
     buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
@@ -19768,13 +20006,13 @@ struct chart_outlines {
 /// Traces the outlines of all charts.
 ///
 /// g          in canonical order (raises mismatch if not)
-/// disparity  K values
+/// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Traces the pieces one by one, each from either of its sides, and then connects them to loops.
+/// Traces the pieces one by one, and then connects them to loops. Each piece is traced once, for both of its charts.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -19864,7 +20102,7 @@ private:
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
-            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because steps follow the lattice
+            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because every step is horizontal or vertical
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);
@@ -20006,12 +20244,12 @@ inline chart_outlines trace_outlines(const graph_view& g, std::span<const float>
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct lattice_point {
-    std::int32_t x, y;  ///< within +-2^18
+    std::int32_t x, y;  ///< within +-2^16
 
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// A polygon that consists of chains, with at most 2^24 vertices in total. `next` is the vertex after each vertex, or -1 at the
+/// A polygon that consists of chains, with at most 2^28 vertices in total. `next` is the vertex after each vertex, or -1 at the
 /// end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
 /// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
@@ -20041,14 +20279,25 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+/// Number of bits of a vertex in polygon_event().
+inline constexpr int polygon_vertex_bits = 28;
+inline constexpr std::int32_t max_polygon_vertices = 1 << polygon_vertex_bits;
+
+/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 18, 18 and 28 bits.
+///
+/// This suffices for every chart, because coordinates are 0 to max_chart_box, and the bounding box has at most max_chart_box^2
+/// pixels, each with at most four vertices: every vertex is the first corner of a side on the way around a pixel, and no two
+/// vertices share a side. 4 max_chart_box^2 = 2^28.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
-    constexpr std::int32_t offset = 1 << 19;
-    const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
+    constexpr std::int32_t offset = 1 << 17;
+    const std::int64_t event =
+        std::int64_t{p.y + offset} << (18 + polygon_vertex_bits) | std::int64_t{p.x + offset} << polygon_vertex_bits | vertex;
     return static_cast<std::uint64_t>(event);
 }
-inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
-inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return event >> 24 == other >> 24; }
+inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & (max_polygon_vertices - 1)); }
+inline bool at_same_point(std::uint64_t event, std::uint64_t other) {
+    return event >> polygon_vertex_bits == other >> polygon_vertex_bits;
+}
 
 }  // namespace detail
 
@@ -20061,8 +20310,7 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return eve
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. A tolerance of 0 drops only corners on straight
-    /// lines.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
     float tolerance = 1.0F;
     /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
     /// surface bends.
@@ -20094,7 +20342,7 @@ struct boundary_split {
 /// including both. split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
-    /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
+    /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
@@ -20120,6 +20368,7 @@ public:
     }
 
 private:
+    /// The kept corners of a piece: kept_[first .. first + count).
     struct stretch {
         std::int32_t first, count;
         std::int32_t split;  ///< number of the call of split() that created the stretch
@@ -20137,8 +20386,8 @@ private:
 namespace detail {
 
 /// Marks the points of a polyline that Douglas-Peucker keeps, including both ends. The error of a corner is the larger of two
-/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. A segment
-/// without errors above 1 that shifts the texture too far is split in the middle.
+/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. If no error
+/// exceeds 1 but the segment shifts the texture too far, the segment is split in the middle.
 inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
@@ -20300,13 +20549,13 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/stud_lines.hpp
-// Positions for the vertices inside a chart: evenly spaced lines, which contain studs and single vertices, and bends of the
-// disparity along a line.
+// Positions for the vertices inside a chart. Studs (vertical polylines, mesh/studs.hpp) and single vertices lie on evenly spaced
+// lines, at the bends of the disparity along each line.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Divides an extent by evenly spaced lines at integer positions. The lines are tabulated, because every row of a chart looks
-/// them up.
+/// Divides an extent by evenly spaced lines at integer positions. A table has the next line for each position, because every row
+/// of a chart looks it up.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -20399,7 +20648,7 @@ struct stud_options {
     float texture_tolerance = 0.5F;
 };
 
-/// Studs of all charts.
+/// Studs of all charts. Single vertices are studs with one vertex.
 struct stud_set {
     buffer<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
     buffer<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
@@ -20409,6 +20658,7 @@ struct stud_set {
 /// Places the studs of all charts. Raises invalid_option.
 ///
 /// layers    in canonical order
+/// range     distances at disparity 1 and 0
 /// charts    a partition of the pixels (make_charts)
 /// outlines  outlines of these charts (trace_outlines)
 template <has_columns<disparity_column> Layers>
@@ -20481,9 +20731,9 @@ private:
     /// limit for the whole texture would let a single crease determine the spacing of the chart. The share was tuned by
     /// experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs from that of 16,000 slopes by 0.4 of
-        // 24 pixels on average, and is computed in an eighth of the time. Each slope spans 8 pixels, and slopes start at least
-        // 61 pixels apart; both numbers were tuned by experiment.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing of up to 24 pixels differs from that of 16,000
+        // slopes by 0.4 pixels on average, and takes an eighth of the time to compute. Each slope spans 8 pixels, and slopes
+        // start at least 61 pixels apart; both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -20659,8 +20909,10 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Polygon for the triangulator. `corners` and `edges` contain the corner of each outline vertex, and the boundary edge that
-/// starts there.
+static_assert(std::int64_t{4} * max_chart_box * max_chart_box <= max_polygon_vertices);  // see polygon_event()
+
+/// Polygon for the triangulator. Per outline vertex, `corners` has the index of its corner in chart_outlines, and `edges` has the
+/// boundary edge that starts there.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
@@ -20710,13 +20962,14 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Compares outline edges of a polygon whose bounding boxes meet. Keep an object to reuse its memory.
+/// Finds crossings between the outline edges of a polygon. Compares only edges whose bounding boxes meet. Keep an object to reuse
+/// its memory.
 class crossing_finder {
 public:
-    /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
-    /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
-    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Two edges may coincide
-    /// in opposite directions, as along a slit. May report a fault more than once.
+    /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
+    /// of both. overlap(v, w): v and w lie at one point, and the interiors at both vertices overlap. spike(v): the outline
+    /// doubles back at v, or has an edge of length 0 there. Two edges may coincide in opposite directions, as along a slit. May
+    /// report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -20764,8 +21017,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// A vertex of the outline: it arrives from `from` at `at` and leaves to `to`. The interior extends clockwise from `to` to
-    /// `from`.
+    /// One visit of the outline to a point: it runs from `from` to `at` and on to `to`. The interior extends clockwise from `to`
+    /// to `from`.
     struct visit {
         lattice_point at, from, to;
     };
@@ -20820,7 +21073,7 @@ private:
                     *link = entries_[*link].next;
                     continue;
                 }
-                // Two edges may share several columns; only the first one counts.
+                // Two edges may share several columns; they are compared only in the first one.
                 const bool is_first = column == column_of((std::max)(e.left, f.left));
                 if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
                 link = &entries_[*link].next;
@@ -20893,20 +21146,20 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/flip.hpp
-// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977). The sweep leaves fans of slivers, which
-// would interpolate disparity between unrelated vertices.
+// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977). The sweep (triangulate.hpp) creates fans
+// of thin triangles, which would interpolate disparity between distant vertices.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares
-/// angles in integer arithmetic.
+/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares angles
+/// in integer arithmetic. `stack` is working memory.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
 
 constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
-/// Turns the edge of half-edge h, between triangles a b c and b a d, into the edge c d.
+/// Replaces the edge of half-edge h, between triangles a b c and b a d, by the edge c d.
 inline void flip(triangulation& t, std::int32_t h) {
     const std::int32_t m = t.mates[h];
     const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
@@ -20935,7 +21188,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
-    // With shifted angles, flips are not proven to terminate. This limit is far above any practical number.
+    // The shift rounds the angles, so flipping is not proven to terminate. This limit is far above any practical number of flips.
     std::size_t flips_left = 64 * t.triangles.size();
     while (!stack.empty() && flips_left > 0) {
         const std::int32_t h = stack.back();
@@ -20947,7 +21200,8 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
         const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative if their sum exceeds 180.
+        // The edge is flipped if the angles at c and d, each between 0 and 180 degrees, sum to more than 180: then the sine of
+        // their sum, `orientation` up to a positive factor, is negative.
         const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
         const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
@@ -21071,7 +21325,7 @@ private:
         return half_edge;
     }
 
-    /// Records that `half_edge` lies along an edge, or connects it to the half-edge recorded before.
+    /// Stores `half_edge` as the first half-edge of a link's edge. If the link has one already, makes the two half-edges mates.
     void attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
         if (link < 0) return;
         std::int32_t& other = open_sides_[link];
@@ -21120,7 +21374,7 @@ private:
         bool interior_left, interior_right;
         detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
-    /// A point that the sweep has reached. The edges that end there are adjacent in the status.
+    /// A point that the sweep has reached. The edges that end there are adjacent in status_.
     struct swept_point {
         lattice_point at;
         std::size_t first_event, last_event;       ///< vertices: events_[first_event .. last_event)
@@ -21168,7 +21422,7 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
 
 inline void triangulator::collect_events(const polygon& shape) {
     const std::int32_t count = shape.points.count();
-    LDI_ASSERT(count <= 1 << 24);
+    LDI_ASSERT(count <= detail::max_polygon_vertices);
     events_.clear(), before_.assign(shape.points.size(), -1);
     for (std::int32_t v = 0; v < count; ++v) {
         events_.push_back(detail::polygon_event(shape.points[v], v));
@@ -21223,8 +21477,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// Finds the edges that end at this point. Returns false if they are not adjacent in status_, or if the next edge to the right
-/// does not pass the point: then edges cross.
+/// Finds the edges that end at this point. Returns false if they are not adjacent in status_, or if the next edge does not lie
+/// strictly to the right of the point. In both cases, edges cross or touch.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
@@ -21239,7 +21493,8 @@ inline bool triangulator::find_ending_edges(swept_point& p) const {
 }
 
 /// Checks that interior and exterior alternate across the edges that begin here, and match the outer sides of the edges that end
-/// here. Also checks that each part of the interior at this point has one vertex.
+/// here. Also checks that edges with interior between them start at the same vertex and do not overlap. Other overlapping edges
+/// must end at the same point.
 inline bool triangulator::interior_alternates(const swept_point& p) const {
     bool interior = p.interior_left;
     for (const active_edge& e : starting_) {
@@ -21279,7 +21534,8 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     const std::int32_t right_vertex = ends     ? status_[p.last_ending() - 1].lower_vertex
                                       : begins ? starting_.back().upper_vertex
                                                : left_vertex;
-    // If the interior is one part above or below this point, it has one vertex here.
+    // If no edge ends or none begins here, the interior on the left and on the right of the point is one part, so both sides have
+    // the same vertex.
     if (p.interior_left && (!ends || !begins) && left_vertex != right_vertex) return false;
     if (p.interior_left && begins && starting_.front().upper_vertex != left_vertex) return false;
     if (p.interior_right && begins && starting_.back().upper_vertex != right_vertex) return false;
@@ -21317,7 +21573,7 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// Collects the polygon's edges that meet at a point, and the edges next to them in the status.
+/// Collects the polygon's edges that meet at a point, and the edges next to them in status_.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {
@@ -21337,17 +21593,18 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
 }}  // namespace ldi
 
 // ---- ldi/mesh/flat_mesh.hpp
-// Meshes charts in the plane: traces their outlines, simplifies them without self-intersections, adds studs, and triangulates
-// (paper, section "Meshing", Figure "meshing" a to d).
+// Meshes charts in the plane: traces their outlines, simplifies them without self-intersections, adds studs (vertical lines of
+// inner vertices, mesh/studs.hpp), and triangulates (paper, section "Meshing", Figure "meshing" a to d).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Options of soft edges (soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in pixels.
+/// Options of soft edges (mesh/detail/soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in
+/// pixels.
 struct soft_edge_options {
     float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
     float max_width = 3.0F;  ///< maximum width, reached where the matte extends far; less than the padding of the atlas
-    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for
-    /// all silhouettes, only those with the largest steps in disparity have a strip.
+    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for all
+    /// silhouette edges, only the edges with the largest steps in disparity have a strip.
     float max_share = 0.08F;
 };
 
@@ -21359,7 +21616,7 @@ struct mesh_options {
 
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;  ///< outline vertices, which come first: indices of corners in chart_outlines, loop by loop
+    buffer<std::int32_t> outline;        ///< outline vertices, loop by loop: indices in chart_outlines::corners
     std::int32_t first_stud_vertex = 0;  ///< first of the stud vertices: index into stud_set::vertices
     std::int32_t stud_vertex_count = 0;
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
@@ -21375,7 +21632,14 @@ struct flat_mesh {
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
-/// Triangulates every chart in the plane. Arguments, errors and executor are those of build_mesh().
+/// Triangulates every chart in the plane.
+///
+/// layers  in canonical order, with finite disparities
+/// range   distances at disparity 1 and 0
+/// charts  a partition of the pixels (make_charts)
+///
+/// Raises invalid_option, mismatch for another order of the pixels or for a chart with two pixels at one position, and too_large
+/// for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -21460,7 +21724,8 @@ private:
         void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
     };
 
-    /// Splits the edge after v at its farthest skipped corner.
+    /// Requests a split of the edge that starts at vertex v, at the farthest of the corners that it skips. Does nothing for edges
+    /// of studs, and for edges that skip no corner.
     void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
         const boundary_edge e = outline_.edges[v];
@@ -21468,8 +21733,9 @@ private:
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
-    /// Splits each of two edges at the ends of the other. If the outline runs back along itself, because the chart has a slit,
-    /// both sides must keep the same corners. Returns false if neither edge passes an end of the other.
+    /// For each of two edges, requests splits at those skipped corners that are ends of the other edge. If the outline runs back
+    /// along itself, because the chart has a slit, both sides must keep the same corners. Returns false if neither edge skips a
+    /// corner at an end of the other.
     bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
@@ -21573,6 +21839,11 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, "build_mesh",
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
     flat_mesh flat;
     flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
     flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);
@@ -21614,9 +21885,10 @@ struct mesh_part {
 
 /// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
-    buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
+    /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
+    buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that touches or contains the vertex
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
     /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
@@ -21759,7 +22031,7 @@ private:
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// Returns the disparity visible at a position, or `nothing` outside the photo.
+    /// Returns the disparity of the visible surface at a position, or the argument `nothing` if there is no surface.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
         const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
         const float seen = inside ? seen_.disparity(y, x) : nothing;
@@ -21801,7 +22073,8 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte from the edge outward. The matte is the foreground's share in the colors behind the edge.
+    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the foreground's share in the colors of the
+    /// background.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -21874,7 +22147,7 @@ private:
     bool is_closed_ = false;
     float min_step_ = 0;
     buffer<std::int32_t> corners_;  // corners of the piece
-    buffer<float> steps_;           // steps of its edges; 0 without another surface behind the edge
+    buffer<float> steps_;           // per edge: step in disparity to the surface behind it; 0 if hard
     buffer<vector> normals_;        // outward normals of its edges
     buffer<vector> rims_;           // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
@@ -21894,10 +22167,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Finds the pixel of a chart that touches a corner of the lattice.
+/// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
 class pixel_finder {
 public:
-    /// chart_of  chart_set::chart_of
+    /// chart_of  chart of each pixel (chart_set::chart_of)
     pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
         : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 
@@ -21927,22 +22200,29 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: pixel of the last chart shown there
+    buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
 };
+
+inline void check_facts(const photo_facts& facts) {
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (!is_positive(facts.camera.focal_length))
+        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
+              to_text(facts.camera.focal_length));
+    if (!is_positive(facts.range.z_near) || !is_positive(facts.range.z_far) || facts.range.z_near > facts.range.z_far)
+        raise(error_code::invalid_option, "photo_facts::range", "finite distances with 0 < z_near <= z_far",
+              to_text(facts.range.z_near) + " and " + to_text(facts.range.z_far));
+}
 
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    template <class Layers>
-    mesh_assembler(const Layers& layers, const photo_facts& facts, const chart_set& charts, const flat_mesh& flat,
-                   const texture_atlas& atlas)
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
-          first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology(), layers.template column<disparity_column>(), charts.chart_of) {
+          first_coordinate_(flat.outlines.corners.size(), -1) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -21952,14 +22232,14 @@ public:
         mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
     }
 
-    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
-        finder_.show(shape);
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place, pixel_finder& finder) {
+        finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
         const auto add_rest = [&](const outline_corner& corner) {
             mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
             mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
-            mesh_.pixels.push_back(finder_.find(corner.x, corner.y, corner.disparity));
+            mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
         };
         for (std::int32_t id : source.outline) {
             add_outline_position(id);
@@ -22021,7 +22301,6 @@ private:
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
-    pixel_finder finder_;
     textured_mesh mesh_;
 };
 
@@ -22046,17 +22325,18 @@ visible_surfaces find_visible(const Layers& layers) {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
-///         silhouettes are soft if there is a matte column
-/// facts   camera, margin, range and surface rule are used
+/// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
+///         its inverse depth. Edges along silhouettes are soft if there is a matte column
+/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far) and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
+/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, invalid_data
+/// for disparities that are not finite, and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and the
-/// number of edges that cross one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
+/// with many edges across one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -22068,6 +22348,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    detail::check_facts(facts);
+    if (!charts.charts.empty() && atlas.color.empty())
+        raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
     detail::check_charts(charts, g, "build_mesh");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
@@ -22079,8 +22362,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, facts, charts, flat, atlas);
-    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
+    detail::mesh_assembler assembler(facts, flat, atlas);
+    {
+        detail::pixel_finder finder(g, layers.template column<disparity_column>(), charts.chart_of);
+        for (std::size_t c = 0; c < flat.charts.size(); ++c)
+            assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
+    }
     if constexpr (has_column<Layers, matte_column>)
         if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();
@@ -22101,13 +22388,13 @@ struct corner_pixels {
     std::size_t count = 0;
 };
 
-/// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
-/// `pixel` does not touch the corner, there are none.
+/// Collects the pixels that share the corner (x, y): first `pixel` itself, then those that links around the corner connect to it.
+/// The result is empty if `pixel` does not touch the corner.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
     const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
-    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also for positions that are not numbers
+    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // true for NaN, too
     add(pixel);
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
@@ -22133,7 +22420,7 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
-    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // includes photo_facts::margin
+    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // its width and height include photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
@@ -22175,6 +22462,8 @@ public:
     sheet_coordinates(const chart_set& charts, const texture_atlas& atlas, const sheet_layout& layout)
         : charts_(charts), atlas_(atlas), layout_(layout) {}
 
+    /// Returns the texture coordinates of a vertex on its sheet. Charts that stay in the atlas keep their coordinates.
+    ///
     /// chart  chart of the vertex
     /// u, v   coordinates in the atlas
     std::array<float, 2> moved(std::int32_t chart, float u, float v) const {
@@ -22299,11 +22588,12 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 }}  // namespace ldi
 
 // ---- ldi/render/motion.hpp
-// One budget for all motion of a camera away from the photo's viewpoint: sideways, forward, on a path, on a head. The budget
-// measures the hidden area that the motion uncovers; surfaces behind silhouettes extend by this amount (occlusion/expand.hpp).
+// One measure for all motion of a camera away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
+// head. It is the width of hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
+// (occlusion/expand.hpp).
 //
-// A surface at depth n hides another at depth f. Its edge appears at p in the photo, in pixels from the middle. A camera at c,
-// which has moved forward by c_forward, sees past that edge by
+// A surface at depth n hides another at depth f. The edge of the front surface appears at p in the photo, in pixels from the
+// middle. A camera at c, which has moved forward by c_forward, sees past that edge by
 //
 //     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|  pixels of the surface at f.
 //
@@ -22313,7 +22603,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Returns the parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n -
+/// Returns the parallax of a camera at `position` between the nearest and the farthest surface, without the factor n / (n -
 /// c_forward), as a share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
@@ -22328,17 +22618,19 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
 /// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    const float forward = (std::max)(-position[2], 0.0F);  // if the camera moves back, the factor is at most 1
+    // If the camera moves back, n / (n - c_forward) is at most 1, and counts as 1.
+    const float forward = (std::max)(-position[2], 0.0F);
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// Returns the point nearest to `position`, on the line from the photo's viewpoint, that uses at most `motion`.
+/// Returns the point nearest to `position`, on the line from the photo's viewpoint to it, that uses at most `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
     if (!(motion > 0)) return {0, 0, 0};
-    // maximum share of the distance to the nearest surface; in a flat photo, motion alone would not limit the camera
+    // Maximum motion forward, as a share of the distance to the nearest surface. In a flat photo, `motion` alone would not limit
+    // the camera.
     constexpr float closest = 0.99F;
     const float forward = (std::max)(-position[2], 0.0F);
     if (forward > closest * range.z_near) {
@@ -22366,10 +22658,11 @@ enum class camera_path : std::uint8_t {
     dolly_zoom,  ///< toward the scene while the lens widens, so that surfaces in focus keep their size
 };
 
-/// Defaults chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes visible.
+/// The defaults were chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes
+/// visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as a motion of expand_options::motion
-    /// uncovers them.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend only as far as expand_options::motion uncovers
+    /// them, so a larger motion shows gaps.
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = window_disparity;
@@ -22383,7 +22676,7 @@ struct path_options {
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the
-/// picture. The camera does not turn, so the view has no perspective distortion. The position must be in front of the window.
+/// picture. The camera does not turn, so the window remains a rectangle. The position must be in front of the window.
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 
@@ -22406,13 +22699,14 @@ struct key_frame {
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// Computes a frame that hides the end of the photo's surfaces: the largest centered part of the picture, with the same
-/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the photo, in
+/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the picture, in
 /// [0, 1].
 ///
 /// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0: they end there
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
-/// Crops a view to the middle `size` of its picture, with the same number of pixels.
+/// Crops a view to the middle of its picture, and enlarges this part to the same number of pixels. `size`, above 0, is the part's
+/// width relative to the picture's, for example the result of frame_within().
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;
@@ -22620,7 +22914,7 @@ void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t fi
         for (std::size_t i = 0; i < 3; ++i) {
             const screen_vertex &a = t[i], &b = t[(i + 1) % 3];
             const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-            // Inside, dx (py - ay) - dy (px - ax) > 0, or = 0 on a left or top edge.
+            // A point p is inside if dx (py - ay) - dy (px - ax) > 0, or = 0 on a left or top edge.
             const bool owns_edge = dy < 0 || (dy == 0 && dx > 0);
             const std::int64_t at_zero = dx * (y * one + half - a.y) - dy * (half - a.x) - (owns_edge ? 0 : 1);
             if (dy < 0)
@@ -22698,7 +22992,7 @@ struct camera_vertex {
     double u, v, opacity;
 };
 
-/// Clips triangles to the safely projectable region and projects them to the screen.
+/// Clips triangles at the near plane and at the guard band, and projects them to the screen.
 class projection {
 public:
     projection(const view& from, std::int32_t samples, float z_near)
@@ -22838,7 +23132,7 @@ template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
 
-/// Draws a mesh with one texture.
+/// Draws a mesh with one texture, H x W x 3.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
                     const raster_options& options = {}, Executor&& threads = {}) {
@@ -22973,7 +23267,7 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Tuned by
+/// Rows of pixels per band. Thinner bands occupy more threads; with thicker bands, fewer triangles touch two of them. Tuned by
 /// experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
@@ -23078,8 +23372,8 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/render/gap_colors.hpp
-// Fills gaps with color. Between surfaces that end too soon, and beyond the photo's border, the picture continues its farthest
-// surfaces instead of showing a background color.
+// Fills gaps with color. Gaps occur between surfaces that end too soon, and beyond the photo's border. There, the picture
+// continues the surfaces beside the gap instead of showing a background color.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -23411,7 +23705,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// taken_from  camera of the layered image; its size is the lattice's size
 /// from        view to draw
 ///
-/// Omits pixels that reach nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
+/// Omits pixels with a corner nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
 /// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
@@ -23439,7 +23733,7 @@ rendering render_layers(const Layers& layers, const depth_range& range, const vi
 // ---- ldi/render/detail/surface_walk.hpp
 // Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
 // find which surfaces at neighboring pixels are connected. Uses integer arithmetic and the rasterizer's edge rule, so that both
-// agree.
+// assign a sample to the same triangle.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23481,7 +23775,8 @@ public:
 
         screen_triangle t = squares_.triangle(from.pixel, from.outer);
         const bool faces_us = signed_area(t) > 0;
-        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge runs left.
+        // A path to the right leaves a clockwise triangle through the edge that crosses the line downward. A path down leaves it
+        // through the edge that crosses the line to the left.
         std::size_t exit = 3;
         for (std::size_t e = 0; e < 3; ++e)
             if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
@@ -23526,7 +23821,7 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct peel_options {
-    float z_near = 0.01F;    ///< above 0; omits pixels that reach nearer
+    float z_near = 0.01F;    ///< above 0; omits pixels with a corner nearer than this depth
     bool both_sides = true;  ///< false: omits surfaces seen from behind
 };
 
@@ -23594,7 +23889,7 @@ private:
     bool both_sides_;
 };
 
-/// Returns `range`, widened to contain all fragments. Excess that is only rounding does not widen it.
+/// Returns `range`, widened to contain all fragments. Rounding errors alone do not widen it.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
@@ -23633,7 +23928,7 @@ inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& c
         g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
                        static_cast<std::int32_t>(fragments[i].position / g.width()));
     link_neighbors(g, fragments, walk);
-    return std::move(g).build();
+    return std::move(g).build(unchecked);
 }
 
 /// Sets the columns of `result`, whose pixels are the fragments.
@@ -23664,7 +23959,7 @@ struct peeled_layers {
 
 /// Converts layers to another camera. A ray runs through the center of each pixel of `from`. Every surface that the ray meets
 /// becomes a pixel of the result, so a position can have any number of pixels. Neighbors are linked if the surface connects
-/// them without a tear and without folding back. The conversion is exact: converting to the original camera changes nothing.
+/// them without a tear and without folding back. The conversion is exact: with `taken_from` as `from`, it changes nothing.
 ///
 /// range       distances of disparity 1 and 0
 /// taken_from  camera of `layers`; its size is the lattice's size
@@ -23753,8 +24048,8 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
     return result;
 }
 
-/// Converts a rendering's depth to a 16-bit depth map: disparity, white near, from 1 at the far end of the range to 65,535 at
-/// the near end; 0 in holes.
+/// Converts a rendering's depth to a 16-bit disparity map, H x W x 1: 65,535 (white) at the near end of the range, 1 at its far
+/// end, and 0 in holes.
 ///
 /// depth  H x W x 1, infinity in holes
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
@@ -23777,7 +24072,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
+/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, crc32() processes eight
 /// bytes at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
@@ -23796,7 +24091,9 @@ inline crc32_rows make_crc32_rows() {
 
 }  // namespace detail
 
-/// Returns the CRC-32 of bytes that follow others with the CRC-32 `before`.
+/// Continues a CRC-32: returns the checksum of all bytes so far.
+///
+/// before  checksum of the preceding bytes; 0 if there are none
 inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
     static const detail::crc32_rows rows = detail::make_crc32_rows();
     const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
@@ -23814,7 +24111,7 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 /// Returns the Adler-32 of the bytes.
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
+    constexpr std::size_t max_at_once = 5552;  // with more bytes, sum_of_sums could overflow
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
         const std::size_t count = (std::min)(bytes.size(), max_at_once);
@@ -23907,7 +24204,7 @@ public:
         return result;
     }
 
-    /// Calls visit(to, name as written, value) for the members of the object at the start of the text.
+    /// Calls visit(to, name, value) for the members of the object at the start of the text. Names include quotes and escapes.
     void walk_object(int depth, json_visitor visit, void* to) {
         names seen;
         enter(depth);
@@ -24081,22 +24378,11 @@ private:
         return code;
     }
 
-    /// Reads one UTF-8 character (RFC 3629) in its shortest form. Rejects surrogates.
     void read_character() {
-        const auto byte = [&](std::size_t i) {
-            return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
-        };
-        const unsigned lead = byte(0);
-        if (lead < 0x20) fail("no control characters in a string");
-        const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-        bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-        for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-        if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-        if (lead == 0xED) good = good && byte(1) < 0xA0;
-        if (lead == 0xF0) good = good && byte(1) >= 0x90;
-        if (lead == 0xF4) good = good && byte(1) < 0x90;
-        if (!good) fail("UTF-8");
-        at_ += 1 + more;
+        if (static_cast<unsigned char>(peek()) < 0x20) fail("no control characters in a string");
+        const std::size_t length = utf8_length(text_.substr(at_));
+        if (length == 0) fail("UTF-8");
+        at_ += length;
     }
 
     std::string_view text_;
@@ -24109,12 +24395,12 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/detail/json.hpp
-// Reads JSON (RFC 8259) from headers of weight files. A value is a checked piece of the text; only requested parts are copied.
-// The text is untrusted.
+// Reads JSON (RFC 8259) from headers of weight files. A json_value is a view of a checked part of the text, so that only
+// requested parts are copied. The text is untrusted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks a text that consists of one JSON object. Raises invalid_data, which names the byte.
+/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax name the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -24178,7 +24464,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
 /// size.
 ///
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
 /// where  name of the file in messages
 ///
 /// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
@@ -24269,7 +24555,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // found in one walk, because a header may have a hundred thousand entries
+    json_value type, shape, place;  // found in one pass, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;
@@ -24377,7 +24663,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  arithmetic; if empty, int8 if the weights contain the ranges that int8 requires, otherwise float32
+/// kind  number format of the computation; if empty, int8 for a file with the ranges of values that int8 requires, otherwise
+///       float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
 /// network.
@@ -24512,11 +24799,11 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/formats/picture_header.hpp
-// Header data of a picture file, and functions to read headers.
+// Header data of a picture file, and functions that recognize formats and read numbers from bytes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Header data of a complete file.
+/// Data from the header of a picture file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
     std::size_t width = 0, height = 0;              ///< stored size in pixels
@@ -24528,8 +24815,8 @@ struct picture_header {
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
-    bool has_alpha = false;                         ///< WebP only
-    std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
+    bool has_alpha = false;                         ///< whether the picture has alpha; WebP only
+    std::size_t end = 0;  ///< JPEG only: offset of the first byte after the picture; phones append further pictures
 };
 
 namespace detail {
@@ -24562,7 +24849,8 @@ inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0,
 inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
 
-/// Whether the file is a BMP. Many texts start with the two letters BM, so reserved fields are checked as well.
+/// Whether the file is a BMP. Many texts start with the two letters BM, so this function also requires a
+/// second header of less than 256 bytes.
 inline bool is_bmp(std::span<const std::byte> bytes) {
     return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
            byte_at(bytes, 17) == 0;
@@ -24872,27 +25160,28 @@ private:
 /// Rounds to six decimal places.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// The caller's own values at the vertices of a mesh.
+/// Values that the caller attaches to the vertices of a mesh (vertex_attribute in formats/glb.hpp).
 struct own_attribute {
     std::string_view name;
     std::size_t channels = 1;
     std::span<const float> values;  ///< vertices x channels
 };
 
-/// Columns of one part of a mesh, or of its strip of soft edges, in the order of the file. In this order, each column is
-/// aligned to its scalar type without padding.
+/// Arrays of one part of a mesh, or of its strip of soft edges (soft_edge_strip in mesh/textured_mesh.hpp). put_geometry()
+/// writes them in an order in which each array is aligned to its scalar type without padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
-    std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
+    std::span<const std::uint8_t> opacity;  ///< opacity of the vertices of a strip; empty for a part
     std::span<const std::uint32_t> triangles;
-    std::uint32_t first_vertex = 0;  ///< vertex that index 0 refers to
+    std::uint32_t first_vertex = 0;  ///< vertex of the mesh that index 0 of the file refers to
     buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
     std::array<double, 3> lowest{}, highest{};  ///< bounds of the positions
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    bool has_short_indices() const { return vertex_count() < 65536; }  // index 65,535 is reserved; it does not occur
+    /// Whether indices have 16 bits. glTF reserves index 65,535.
+    bool has_short_indices() const { return vertex_count() < 65536; }
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }
@@ -25026,6 +25315,60 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 
 }}}}  // namespace ldi::detail::glb
 
+// ---- ldi/formats/detail/glb_writer.hpp
+// Writes the binary part of a GLB file: vertices, indices and textures in the order that formats/detail/glb_contents.hpp lays
+// out.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail::glb {
+
+/// Writes a file from front to back. Numbers are little-endian, as glTF requires.
+class writer {
+public:
+    explicit writer(std::byte* to) : to_(to) {}
+
+    template <std::unsigned_integral Integer>
+    void put(Integer value) {
+        for (std::size_t i = 0; i < sizeof value; ++i) *to_++ = static_cast<std::byte>(value >> (8 * i) & 255);
+    }
+    void put_bytes(const void* from, std::size_t count) {
+        if (count > 0) std::memcpy(to_, from, count);
+        to_ += count;
+    }
+    void put_padding(std::byte padding, std::size_t count) {
+        for (; count > 0; --count) *to_++ = padding;
+    }
+
+private:
+    std::byte* to_;
+};
+
+inline void put_floats(writer& to, std::span<const float> values) {
+    for (const float value : values) to.put(bits_of(value));
+}
+
+inline void put_geometry(writer& to, const geometry& g) {
+    put_floats(to, g.positions);
+    for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
+    for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
+    for (const own_attribute& a : g.own) put_floats(to, a.values);
+    for (const std::uint32_t i : g.triangles) {
+        if (g.has_short_indices())
+            to.put(static_cast<std::uint16_t>(i - g.first_vertex));
+        else
+            to.put(i - g.first_vertex);
+    }
+}
+
+inline void put_contents(writer& to, const contents& c) {
+    for (std::size_t i = 0; i < c.parts.size(); ++i) {
+        put_geometry(to, c.parts[i]);
+        to.put_padding(std::byte{0}, c.padding(i));
+    }
+    for (const std::span<const std::byte>& texture : c.textures) to.put_bytes(texture.data(), texture.size());
+}
+
+}}}  // namespace ldi::detail::glb
+
 // ---- ldi/formats/jpeg_png_header.hpp
 // Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
 // whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
@@ -25072,7 +25415,7 @@ public:
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
         // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
         if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
-        // A block of at most 256 pixels of one channel occupies at least one bit.
+        // A block of at most 256 pixels of one channel occupies at least one bit, so a byte holds at most 2048 pixels.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
                    std::to_string(bytes_.size()) + " bytes");
@@ -25143,7 +25486,7 @@ private:
     std::span<const std::byte> bytes_;
     const std::string& where_;
     picture_header header_;
-    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has filled yet
+    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has contained so far
     std::size_t components_ = 0;
     bool adobe_ = false;
 };
@@ -25156,7 +25499,7 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
 /// Properties of a PNG file that bound the memory for decoding it.
 struct png_layout {
     std::size_t bits_per_pixel = 0;
-    std::size_t decoded_bytes = 0;  ///< per pixel
+    std::size_t decoded_bytes = 0;  ///< bytes per pixel of the decoded picture
     bool is_interlaced = false;
 };
 
@@ -25220,8 +25563,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
-    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. Rows of
-    // an interlaced picture are a few bytes longer, so their buffer is doubled once.
+    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. An
+    // interlaced picture has a few bytes more than stb_image expects, so stb_image doubles the buffer of the rows once.
     const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
@@ -25254,7 +25597,8 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises too_large beyond 1 GB.
+/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises mismatch for another number of channels and
+/// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
@@ -25293,7 +25637,7 @@ std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, st
     return sum;
 }
 
-/// Filters each row with the filter that minimizes the sum. The number of the filter precedes the row.
+/// Filters each row with the filter that minimizes the sum of absolute differences. The number of the filter precedes the row.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
@@ -25319,7 +25663,7 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
 /// occur have length 0.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
-        std::size_t count, symbol;  // leaves only
+        std::size_t count, symbol;  // only leaves have a symbol
         std::size_t parent;
     };
     std::array<node, 2 * symbols> nodes;
@@ -25328,7 +25672,8 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Like the sorted leaves, inner nodes are created in ascending order of their counts.
+    // Like the sorted leaves, inner nodes are created in ascending order of their counts, so the smallest remaining node is
+    // either the next leaf or the next inner node.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -25409,7 +25754,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
+    writer.put(0b101, 3);  // the last block; it defines its Huffman codes
     // The block states 257 code lengths, and the length of one distance code, which is unused. Each length is written as a
     // number of 4 bits, because the code for lengths assigns 4 bits to every symbol except 16, 17 and 18, which are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
@@ -25444,7 +25789,9 @@ void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& a
 
 inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture) {
     using namespace detail::plain_png;
-    LDI_ASSERT(!picture.empty() && (picture.channels() == 1 || picture.channels() == 3));
+    if (picture.empty() || (picture.channels() != 1 && picture.channels() != 3))
+        raise(error_code::mismatch, "encode_plain_png", "H x W x 1 or H x W x 3 values, at least one pixel",
+              detail::shape_text(picture));
     constexpr std::size_t max_bytes = std::size_t{1} << 30;
     if (picture.width() > max_bytes / picture.channels() / picture.height() || picture.height() > max_bytes / 2)
         raise(error_code::too_large, "encode_plain_png", "a picture below 1 GB",
@@ -25454,7 +25801,7 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     std::memcpy(file.data(), signature.data(), signature.size());
     append_chunk(file, "IHDR", [&] {
         const std::size_t begin = file.size();
-        file.resize(begin + 13);  // the last three bytes are 0: the only compression, the only filter method, not interlaced
+        file.resize(begin + 13);  // the last three bytes stay 0: compression method 0, filter method 0, not interlaced
         put_big_endian(file.data() + begin, picture.width());
         put_big_endian(file.data() + begin + 4, picture.height());
         file[begin + 8] = std::byte{8};                                                            // bit depth
@@ -25473,7 +25820,7 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The caller's own values at each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
+/// Values that the caller attaches to each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
 struct vertex_attribute {
     /// Attribute name in the form that glTF requires of custom attributes: an underscore, then capital letters, digits and
     /// underscores.
@@ -25483,19 +25830,21 @@ struct vertex_attribute {
 };
 
 struct glb_options {
-    /// Camera that took the photo. Viewers may start at its position. If absent, the file has no camera.
+    /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
+    /// absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
+    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
-    /// of the camera is written as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far, written together with `motion` as `nearest`
+    /// and `farthest`; unused without `motion`. If `camera` is present, its focal length is written as well, as
+    /// `focal_length_35mm`.
     depth_range range = {};
     /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
-    /// `motion`: a viewer may show the whole photo.
+    /// `motion`. It tells viewers that they need not hide the photo's border behind a smaller frame.
     bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
-    /// Additional vertex attributes with distinct names. Soft edges have none.
+    /// Additional vertex attributes with distinct names. The vertices of soft edges have no such attributes.
     buffer<vertex_attribute> attributes = {};
     /// Whether viewers draw the back sides of triangles. Back sides are visible only far from the photo's viewpoint, where they
     /// cover holes.
@@ -25509,10 +25858,10 @@ struct glb_options {
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
-/// Raises mismatch if the number of textures is not the number of parts, or if columns differ in length; invalid_data if the
-/// mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a
-/// texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond
-/// 4 GB.
+/// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
+/// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
+/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for a camera, a motion, a range or a
+/// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -25522,8 +25871,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
-/// about a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
+/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -25541,6 +25890,37 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
         read_picture_header(texture, "texture");
+    }
+}
+
+/// Focal length of a camera as it is written, in millimeters on 35 mm film.
+inline float focal_length_in_file(const pinhole_camera& camera) {
+    return camera.focal_length / focal_length_from_35mm(1.0F, camera.width, camera.height);
+}
+
+inline void check_options(const glb_options& options) {
+    const auto refuse = [](const char* option, const char* expected, const std::string& found) {
+        raise(error_code::invalid_option, option, expected, found);
+    };
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (const std::optional<pinhole_camera>& camera = options.camera)
+        if (camera->width <= 0 || camera->height <= 0 || !is_positive(camera->focal_length) ||
+            !is_positive(focal_length_in_file(*camera)))
+            refuse(
+                "glb_options::camera", "a positive size and a positive, finite focal length",
+                std::to_string(camera->width) + " x " + std::to_string(camera->height) + " and " + to_text(camera->focal_length));
+    if (options.motion) {
+        if (!(*options.motion >= 0) || !std::isfinite(*options.motion))
+            refuse("glb_options::motion", "a finite number of at least 0", to_text(*options.motion));
+        const depth_range& range = options.range;
+        if (!is_positive(range.z_near) || !is_positive(range.z_far) || range.z_near > range.z_far)
+            refuse("glb_options::range", "finite distances with 0 < z_near <= z_far",
+                   to_text(range.z_near) + " and " + to_text(range.z_far));
+    }
+    for (std::string_view rest = options.source; !rest.empty();) {
+        const std::size_t length = utf8_length(rest);
+        if (length == 0) refuse("glb_options::source", "UTF-8", printable(options.source));
+        rest.remove_prefix(length);
     }
 }
 
@@ -25570,7 +25950,6 @@ namespace detail::glb {
 
 /// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
-    LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
@@ -25598,7 +25977,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Adds the data for which glTF has no field as the scene's extras. Adds nothing if there is no such data.
+/// Adds the scene's extras: data for which glTF has no field. Adds nothing if there is no such data.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -25606,9 +25985,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
         before = ",";
     };
     if (options.motion) add("farthest", shortest(options.range.z_far));
-    if (options.motion && options.camera)
-        add("focal_length_35mm",
-            shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
+    if (options.motion && options.camera) add("focal_length_35mm", shortest(focal_length_in_file(*options.camera)));
     if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
     if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
@@ -25661,57 +26038,12 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Writes a file from front to back. Numbers are little-endian, as glTF requires.
-class writer {
-public:
-    explicit writer(std::byte* to) : to_(to) {}
-
-    template <std::unsigned_integral Integer>
-    void put(Integer value) {
-        for (std::size_t i = 0; i < sizeof value; ++i) *to_++ = static_cast<std::byte>(value >> (8 * i) & 255);
-    }
-    void put_bytes(const void* from, std::size_t count) {
-        if (count > 0) std::memcpy(to_, from, count);
-        to_ += count;
-    }
-    void put_padding(std::byte padding, std::size_t count) {
-        for (; count > 0; --count) *to_++ = padding;
-    }
-
-private:
-    std::byte* to_;
-};
-
-inline void put_floats(writer& to, std::span<const float> values) {
-    for (const float value : values) to.put(bits_of(value));
-}
-
-inline void put_geometry(writer& to, const geometry& g) {
-    put_floats(to, g.positions);
-    for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
-    for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
-    for (const own_attribute& a : g.own) put_floats(to, a.values);
-    for (const std::uint32_t i : g.triangles) {
-        if (g.has_short_indices())
-            to.put(static_cast<std::uint16_t>(i - g.first_vertex));
-        else
-            to.put(i - g.first_vertex);
-    }
-}
-
-inline void put_contents(writer& to, const contents& c) {
-    for (std::size_t i = 0; i < c.parts.size(); ++i) {
-        put_geometry(to, c.parts[i]);
-        to.put_padding(std::byte{0}, c.padding(i));
-    }
-    for (const std::span<const std::byte>& texture : c.textures) to.put_bytes(texture.data(), texture.size());
-}
-
 }  // namespace detail::glb
 
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                                     const glb_options& options) {
     using namespace detail::glb;
+    detail::check_options(options);
     detail::check_contents(mesh, textures);
     detail::check_attributes(mesh, options.attributes);
     buffer<own_attribute> own;
@@ -25769,8 +26101,9 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
 }}  // namespace ldi
 
 // ---- ldi/formats/tiefenrausch.hpp
-// Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote: a small
-// student of the published network with the same arithmetic. io/tiefenrausch_file.hpp loads it from disk.
+// Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
+// network is small, was trained on the results of other networks, and computes with the same arithmetic as the published
+// network. io/tiefenrausch_file.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25821,22 +26154,24 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) are the paper's own.
+/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
 struct photo3d_options {
-    /// Maximum long side in pixels; a larger photo is shrunk to it.
+    /// Maximum long side in pixels, at least 1; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
-    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
-    /// Maximum side of a depth sample, in pixels, by which lengths are multiplied, at least 1: coarser maps cannot locate
-    /// silhouettes. 1: lengths apply as they are.
+    /// Maximum side of a depth sample, in pixels from 1 to 16, by which lengths in `alignment`, `components` and `curves` are
+    /// multiplied. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1, nothing is
+    /// multiplied.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Off by default: it joins pieces of the background beside objects, but opened holes of up to 11 pixels at 1000 in 2 of 20
-    /// photographs. Meant for depth that a network_decider (depth/network_decider.hpp) decides.
+    /// Off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened holes, of up to 11
+    /// pixels in views with a long side of 1000 pixels. Meant for depth that a network_decider (depth/network_decider.hpp)
+    /// decides.
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
@@ -25994,7 +26329,8 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
+/// Resamples the estimate, h x w x 1, to the photo's resolution. If its resolution is lower, levels its dips, sharpens its edges
+/// and filters it first.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
@@ -26021,7 +26357,7 @@ struct cleaned_photo {
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;      ///< H x W x 1, cleaned disparity
-    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    image<std::uint8_t> shares;  ///< H x W x 1 or empty: decided_depth::shares
     depth_range range;           ///< distances at disparity 1 and 0
 };
 
@@ -26029,9 +26365,9 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
-/// [0.001, 1].
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
+/// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -26064,7 +26400,8 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("connected components", 1.0F);
     return result;
 }
-/// Estimates and cleans a photo's depth; aligned_silhouettes decides the sides of pixels beside silhouettes.
+/// Estimates and cleans the depth of a photo, H x W x 3 with at least one pixel. aligned_silhouettes decides whether pixels
+/// beside a silhouette belong to the front or the back surface.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -26089,7 +26426,13 @@ struct photo_columns {
     /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
-    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
+    /// Accepts image views, and images and types that convert to views unless they are temporaries.
+    template <class... Images>
+    requires(sizeof...(Images) == sizeof...(Own) &&
+             (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
+             ((std::is_lvalue_reference_v<Images> || detail::is_image_view<std::remove_cv_t<Images>>)&&...))
+        photo_columns(Images&&... own)
+        : images(std::forward<Images>(own)...) {}
 };
 
 /// The layer of a photo, and its silhouettes.
@@ -26098,7 +26441,7 @@ struct lifted_photo {
     /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
-    std::size_t dropped_sides = 0;  ///< as for find_discontinuity_curves()
+    std::size_t dropped_sides = 0;  ///< pixel sides in dropped silhouettes; see find_discontinuity_curves()
     photo_facts facts;
     buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
@@ -26143,8 +26486,8 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises the same errors for options as clean_depth(), and mismatch if an image of
-/// `own` has no pixel or the wrong number of channels.
+/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. Raises the same errors for options as
+/// clean_depth(), and mismatch if an image of `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -26155,7 +26498,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.facts = {
         {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
     photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
-    buffer<std::int32_t> no_rims(layer.size(), 0);
+    buffer<std::uint8_t> no_rims(layer.size());
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
@@ -26205,7 +26548,7 @@ inline photo3d_options paper_options() {
     options.mixed_colors.reach = 0.0F;
     options.expand.motion = 1.0F;
     options.expand.iterations = 50;
-    options.expand.max_hidden = 5.0F;  // no photograph needs as many
+    options.expand.max_hidden = 5.0F;  // more hidden pixels per pixel of the photo than any photograph needs
     options.frame = photo_frame::crop;
     options.texture.strength = 0.0F;
     options.grain.strength = 0.0F;
@@ -26216,10 +26559,11 @@ inline photo3d_options paper_options() {
 }}  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
-// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
-// in the headers below. Call these functions to run some stages only, or to insert your own.
+// Converts a photo to a 3D photo: calls all stages of the paper in its order. Stages beyond the paper sharpen depth edges
+// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add texture to hidden
+// surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
+// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run some stages
+// only, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -26231,10 +26575,10 @@ struct basic_photo3d {
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
-    /// Number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped: a surface stretches across
-    /// each. 0 for photographs.
+    /// Number of pixel sides in silhouettes that were dropped because of curve_options::max_density or max_sides. The mesh
+    /// connects the front and the back surface across these sides. 0 for photographs.
     std::size_t dropped_sides = 0;
-    /// The motion is below expand_options::motion if expand_options::iterations or max_hidden bounded the hidden surfaces.
+    /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
     chart_set charts;
@@ -26245,7 +26589,7 @@ using photo3d = basic_photo3d<>;
 
 /// Colors the hidden surfaces, then restores the colors of the rims.
 ///
-/// rims       from lift_photo()
+/// rims       lifted_photo::rims of these layers
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
@@ -26260,9 +26604,9 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 ///
 /// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  as for inpaint_hidden()
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 ///
-/// Raises the errors of the stages.
+/// Raises the same errors as the overload for a photo, estimator and decider, except theirs.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -26300,15 +26644,25 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// Converts a photo to a 3D photo.
 ///
 /// photo           H x W x 3, at least one pixel
-/// estimator       for the photo's depth
-/// decider         for the sides of pixels beside silhouettes, such as aligned_silhouettes
+/// estimator       source of the photo's depth
+/// decider         decides whether pixels beside a silhouette belong to the front or the back surface, such as
+///                 aligned_silhouettes
 /// own             columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the
 ///                 vertices
 /// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
 ///                 texture
 ///
-/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md has the peaks.
+/// Raises
+/// - invalid_data for a photo without a pixel or with other channels, and for disparity that is not finite or that is inverse
+///   depth below 0
+/// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
+/// - invalid_option for an option outside its range
+/// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps
+/// - out_of_memory, and canceled if options.progress requests to stop
+/// - the errors of the estimator, the decider and the inpainter.
+///
+/// Memory and time are bounded for any depth map: each stage documents its bound, and bench/photo3d/README.md lists measured
+/// peaks.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
           executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
@@ -26316,26 +26670,21 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
+/// Same, without columns of the caller.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// Converts a photo to a 3D photo; aligned_silhouettes decides the sides of pixels beside silhouettes.
-///
-/// photo      H x W x 3, at least one pixel
-/// estimator  for the photo's depth
-/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
-///
-/// Raises the errors of the stages.
+/// Same, with aligned_silhouettes as the decider.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
                                    Executor&& threads = {}) {
     return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
+/// Same, with aligned_silhouettes as the decider and without columns of the caller.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}) {

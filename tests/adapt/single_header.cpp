@@ -1,4 +1,4 @@
-// The single header, with the separate headers in the path behind it, and both adapters.
+// Includes the single header and both adapters. The separate headers are later in the include path.
 #include "single_include/ldi/ldi.hpp"
 
 #include <ldi/adapt/eigen.hpp>

@@ -11,7 +11,7 @@
 using namespace ldi;
 
 namespace {
-/// An executor of a caller: one thread per call, started in reverse order.
+/// An executor as a caller might write it: one thread per call, started in reverse order.
 struct callers_executor {
     std::size_t threads;
     std::size_t calls = 0;
@@ -28,7 +28,7 @@ static_assert(executor<callers_executor> && executor<thread_pool> && executor<se
               executor<const serial_executor>);
 static_assert(!executor<int> && !executor<const thread_pool>);
 
-/// Values that depend only on their index, computed over pieces of any size.
+/// Computes values that depend only on their index, in pieces of at least `grain` values.
 template <class Executor>
 std::vector<std::uint32_t> filled(Executor& threads, std::size_t count, std::size_t grain) {
     std::vector<std::uint32_t> values(count, 0);
@@ -38,7 +38,7 @@ std::vector<std::uint32_t> filled(Executor& threads, std::size_t count, std::siz
     return values;
 }
 
-/// Checks that pieces are consecutive, cover everything once, and are no shorter than the grain.
+/// Checks that the pieces of parallel_for() are consecutive, cover the range once, and are no shorter than the grain.
 template <class Executor>
 void cuts_soundly(Executor& threads, std::size_t count, std::size_t grain) {
     std::mutex mutex;
@@ -171,7 +171,7 @@ TEST_CASE("an exception reaches the caller after all calls have ended, and the p
 }
 
 TEST_CASE("an exception never passes through the caller's executor") {
-    callers_executor own{3};  // its threads would terminate the program
+    callers_executor own{3};  // an exception that left one of its threads would terminate the program
     const auto body = [](std::size_t first, std::size_t last) {
         if (first <= 500 && 500 < last) throw std::runtime_error("piece of 500");
     };

@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 using namespace ldi;
@@ -30,6 +31,9 @@ template <class T>
 bool equal(const buffer<T>& a, const std::vector<T>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
+
+static_assert(std::is_constructible_v<memory_scope, const memory&>);
+static_assert(!std::is_constructible_v<memory_scope, memory>, "the scope would keep the address of a temporary");
 
 }  // namespace
 
@@ -109,7 +113,7 @@ TEST_CASE("a buffer allocates from the current memory scope, and returns its mem
         {
             const memory_scope nested(inner.source);
             kept = buffer<float>(10);
-            first.resize(10000);  // stays in the memory where it started
+            first.resize(10000);  // grows in the memory from which it was first allocated
             CHECK((inner.blocks == 1 && outer.bytes >= 40000));
         }
         CHECK(&current_memory() == &outer.source);
@@ -156,7 +160,7 @@ TEST_CASE("a value whose constructor throws is not appended and not destroyed") 
         CHECK(values.size() == 1);
         values.emplace_back(false);
         values.emplace_back(false);
-        CHECK_THROWS_AS(values.emplace_back(true), int);  // where the buffer would have to grow
+        CHECK_THROWS_AS(values.emplace_back(true), int);  // at full capacity, so that the buffer would have to grow
         CHECK(values.size() == 3);
         CHECK(unmakeable::alive == 3);
     }

@@ -61,7 +61,7 @@ TEST_CASE("fused_multiply_add(), vector_length() and natural_logarithm() match g
         if (const float x = std::abs(c); x > 0 && std::isfinite(x))
             different_logarithms += !same(natural_logarithm(x), static_cast<float>(std::log(double{x})));
 
-        // Sums next to, or on, the middle of two floats.
+        // Sums near or on the midpoint between two floats.
         a = std::ldexp(nearest_float(1 + (random() & 0xFFFFFFU)), static_cast<int>(random() % 20) - 10);
         b = std::ldexp(nearest_float(1 + (random() & 0xFFFFFFU)), -24);
         c = std::ldexp(a * b, static_cast<int>(random() % 64) - 32) * (random() % 2 == 0 ? 1.0F : -1.0F);
@@ -93,7 +93,7 @@ TEST_CASE("fused_multiply_add() matches glibc's std::fma() near ties, for subnor
     const auto check = [&](float a, float b, float c) { wrong += is_exact(a, b, c) ? 0 : 1; };
     const auto any = [&] { return float_of(static_cast<std::uint32_t>(random())); };
     for (int i = 0; i < 300000; ++i) check(any(), any(), any());
-    // Sums whose double lies on the middle between two floats, or differs from it by less than a double can represent.
+    // Sums on the midpoint between two floats, or so close to it that a double cannot represent the difference.
     const auto mantissa = [&](int exponent) {
         return std::ldexp(static_cast<float>(0x800000 | (random() & 0x7FFFFF)), exponent - 23) *
                (random() % 2 == 0 ? 1.0F : -1.0F);
@@ -103,7 +103,7 @@ TEST_CASE("fused_multiply_add() matches glibc's std::fma() near ties, for subnor
         const double product = double{a} * double{b};
         for (int exponent : {-60, -40, -31, -30, -26, -1, 0, 1, 23, 24, 25, 26, 30, 48, 60}) check(a, b, mantissa(exponent));
         check(a, b, static_cast<float>(-product));
-        // a product on the middle between two floats
+        // a product on the midpoint between two floats
         check(1.0F + std::ldexp(1.0F, -12), 1.0F + std::ldexp(1.0F, -12), mantissa(-60));
         check(std::ldexp(a, -100), std::ldexp(b, -40), mantissa(-149));  // subnormal results
         check(std::ldexp(a, -75), std::ldexp(b, -75), std::ldexp(mantissa(0), -149));

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -94,7 +95,7 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
     CHECK(std::count(uses.begin(), uses.end(), 1) == static_cast<std::ptrdiff_t>(g.size()));
 }
 
-/// Counts pixels with another surface of their own chart straight ahead, within the filter's range.
+/// Counts pairs of pixels of one chart, in one row or column and within the filter's range, that belong to different surfaces.
 std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set,
                            const chart_options& options, surface_rule rule = {}) {
     const float threshold = 2 * rule.max_step + 1e-6F;
@@ -215,7 +216,7 @@ TEST_CASE("a flat image is one chart, or an even grid of charts if it exceeds th
     const buffer<float> disparity(g.size(), 0.5F);
     CHECK(make_charts(testing::surfaces_of(g, disparity), {}).charts.size() == 1);
     chart_options options;
-    options.max_side = std::numeric_limits<std::int32_t>::max();
+    options.max_side = max_chart_box;
     CHECK(make_charts(testing::surfaces_of(g, disparity), {}, options).charts.size() == 1);
     options.max_side = 40;
     const chart_set set = make_charts(testing::surfaces_of(g, disparity), {}, options);
@@ -225,6 +226,23 @@ TEST_CASE("a flat image is one chart, or an even grid of charts if it exceeds th
         CHECK(c.width <= 34);
         CHECK(c.height == 35);
     }
+}
+
+TEST_CASE("a size limit of charts below 16 or above 8192 is refused") {
+    const graph g = make_grid(4, 4);
+    const buffer<float> disparity(g.size(), 0.5F);
+    for (const std::int32_t side : {-1, 0, 15, 8193, std::numeric_limits<std::int32_t>::max()}) {
+        CAPTURE(side);
+        std::optional<error_code> code;
+        try {
+            make_charts(testing::surfaces_of(g, disparity), {}, {.max_side = side});
+        } catch (const error& e) {
+            code = e.code();
+        }
+        CHECK(code == error_code::invalid_option);
+    }
+    for (const std::int32_t side : {16, 8192})
+        CHECK_NOTHROW(make_charts(testing::surfaces_of(g, disparity), {}, {.max_side = side}));
 }
 
 TEST_CASE("a disc and the wall behind it become one chart each") {
@@ -285,7 +303,7 @@ TEST_CASE("charts of rings get smaller boxes if the boxes have more than the max
     const chart_set small = make_charts(layer, {}, options);
     CHECK(area(small) <= options.max_area);
     check_partition(layer.topology(), small, options);
-    options.max_area = 1;  // out of reach
+    options.max_area = 1;  // cannot be reached
     const chart_set smallest = make_charts(layer, {}, options);
     options.max_side = 64;
     check_partition(layer.topology(), smallest, options);
@@ -296,7 +314,7 @@ TEST_CASE("charts of difficult maps are grown at most three times, and twice if 
     for (const std::string_view name : hard_maps)
         for (const std::size_t unit : {1U, 6U, 30U}) {
             CAPTURE(name, unit);
-            CHECK(growths_of(name, unit, 4) <= 3);  // the default for a photo of 12 megapixels
+            CHECK(growths_of(name, unit, 4) <= 3);  // 4 is the default for a photo of 12 megapixels
             CHECK(growths_of(name, unit, 2) <= 3);
             CHECK(growths_of(name, unit, 0) == 2);
         }

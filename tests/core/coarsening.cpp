@@ -267,8 +267,8 @@ TEST_CASE("coarsening does not depend on the order of the pixels in memory") {
 }
 
 TEST_CASE("the search for parents needs bounded memory even if many paths reach each orphan") {
-    // Every pixel at even x and y is a surface of its own, except for one in the middle. The rest, a grid of thin strips, has
-    // its only coarse pixel there.
+    // Every pixel at even x and y is unlinked from its neighbors, except for one in the middle. All other pixels form a grid of
+    // lines one pixel wide; the pixel in the middle is the only one that they can have as a parent.
     constexpr std::int32_t size = 81;
     testing::sketched_graph g(make_grid(size, size));
     for (std::int32_t i = 0; i < g.count(); ++i)

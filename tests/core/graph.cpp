@@ -6,6 +6,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <limits>
+
 using namespace ldi;
 
 TEST_CASE("sides are in the paper's order, and up points to smaller y") {
@@ -39,7 +41,7 @@ TEST_CASE("every pixel of a grid is linked to its four neighbors in the image") 
     }
 }
 
-// Code that used to compile and break invariants.
+// Changes that would break invariants, and therefore must not compile.
 template <class T>
 concept can_add_pixels = requires(T& g) {
     g.add_pixel(0, 0);
@@ -115,6 +117,54 @@ TEST_CASE("unlink() removes a link in both directions, and link() restores it") 
         b.link(other, opposite(s), pixel);
         CHECK(std::move(b).build() == before);
     }
+}
+
+TEST_CASE("build() refuses a graph with a wrong link or position, also in release builds, and leaves the builder unchanged") {
+    std::mt19937 random(3);
+    std::int32_t refused = 0;
+    for (int repeat = 0; repeat < 500; ++repeat) {
+        const graph before = testing::random_graph(random).topology();
+        if (before.size() == 0) continue;
+        const std::int32_t count = before.count(), pixel = testing::below(random, count);
+        const side s = testing::random_side(random);
+        graph_builder b(before);
+        switch (testing::below(random, 3)) {
+            case 0: {  // out of range, or a link in one direction only
+                const std::int32_t other = testing::below(random, count + 8) - 4;
+                if (other == before.neighbor(pixel, s) || other == no_pixel) continue;
+                b.set_neighbor(pixel, s, other);
+                break;
+            }
+            case 1:
+                if (before.neighbor(pixel, s) == no_pixel) continue;
+                b.set_neighbor(pixel, s, no_pixel);
+                break;
+            default: b.set_position(pixel, testing::chance(random, 50) ? -1 : before.width(), before.y()[pixel]);
+        }
+        const graph_builder kept = b;
+        CHECK_THROWS_AS(std::move(b).build(), error);
+        CHECK(b.x() == kept.x());
+        CHECK(b.neighbors(s) == kept.neighbors(s));
+        ++refused;
+    }
+    CHECK(refused > 200);
+}
+
+TEST_CASE("a builder refuses 2^31 pixels before it allocates memory") {
+    constexpr std::size_t too_many = std::size_t{1} << 31;
+    CHECK_THROWS_AS(graph_builder(1, 1, too_many), error);
+    CHECK_THROWS_AS(graph_builder(1, 1, too_many, unset), error);
+    CHECK_THROWS_AS(graph_builder(1, 1, 2 * too_many, unset), error);
+}
+
+TEST_CASE("can_link() and unlink() accept any position and neighbor that was set without a check") {
+    graph_builder b(2, 1, 2);
+    b.set_position(1, std::numeric_limits<std::int32_t>::max(), 0);
+    b.set_position(0, std::numeric_limits<std::int32_t>::min(), 0);
+    CHECK_FALSE(b.can_link(1, side::right, 0));
+    b.set_neighbor(0, side::right, 1'000'000);
+    b.unlink(0, side::right);
+    CHECK(b.neighbor(0, side::right) == no_pixel);
 }
 
 TEST_CASE("the tests' random graphs are sound, and include islands, helices and five layers or more") {

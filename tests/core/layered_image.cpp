@@ -1,3 +1,4 @@
+#include <ldi/core/coarsening.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/layered_view.hpp>
@@ -50,10 +51,24 @@ static_assert(!payload_column<column_of<const float, 1>> && !payload_column<colu
 static_assert(!payload_column<column_of<std::unique_ptr<int>, 1>>, "grow() copies values");
 struct final_column final : column_of<float, 1> {};
 static_assert(!payload_column<final_column>, "its rules could not be checked");
+struct fractional_column {
+    using scalar = float;
+    static constexpr double channels = 2.5;
+};
+static_assert(!payload_column<fractional_column> && fractional_column::channels > 0);
+static_assert(payload_column<column_of<double, 8192>> && !payload_column<column_of<double, 8193>>,
+              "rules return all scalars of a pixel on the stack");
+struct throwing_tag : column_of<float, 1> {  // layered images never construct tags
+    throwing_tag() { throw 1; }
+};
+struct not_constructible_tag : column_of<float, 1> {
+    not_constructible_tag() = delete;
+};
 static_assert(!payload_column<const disparity_column> && !payload_column<volatile disparity_column>,
               "two columns would have one name");
 
-// Rules with the right name and a wrong signature. The default used to replace them, or values were converted.
+// Rules with the right name and a wrong signature. They must be refused; neither the default rule nor a conversion may replace
+// them.
 struct rules_of_int32 : column_of<std::int32_t, 1> {
     static std::int32_t new_pixel(std::int32_t* origin) { return *origin; }
     static std::array<std::int32_t, 1> coarser(pixel_values<std::int32_t, 2> pixels) { return {pixels(0)}; }
@@ -100,7 +115,7 @@ static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
 
-// Code that used to compile and leave columns of another length than the graph.
+// Changes that would leave columns of another length than the graph, and therefore must not compile.
 template <class L>
 concept can_change_topology = requires(L& l) {
     l.topology() = graph();
@@ -156,7 +171,7 @@ static_assert(!thief::reaches_columns<>, "a derived class does not reach the col
 static_assert(!std::is_copy_constructible_v<link_editor> && !std::is_constructible_v<link_editor, graph_builder&>);
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const buffer<float>&>);
 
-// Views of temporaries, which would dangle.
+// Views of temporaries would dangle, and therefore must not compile.
 template <class L>
 concept shows_temporary_column = requires(L&& l) {
     std::move(l).template column<disparity_column>();
@@ -191,9 +206,38 @@ static_assert(!std::is_constructible_v<array_view<const float>, const buffer<flo
 static_assert(std::is_convertible_v<buffer<float>&, array_view<float>>);
 static_assert(std::is_convertible_v<const buffer<float>&, array_view<const float>>);
 
+// A caller's type with the functions of a layered image.
+struct layers_of_the_caller {
+    template <class Column>
+    static constexpr bool has = std::is_same_v<Column, disparity_column>;
+    graph own_topology;
+    buffer<float> disparity;
+    const graph& topology() const { return own_topology; }
+    template <class Column>
+    array_view<const float> column() const {
+        return disparity;
+    }
+};
+static_assert(std::is_constructible_v<layered_view<disparity_column>, const layers_of_the_caller&>);
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, layers_of_the_caller>, "the view would dangle");
+static_assert(std::is_constructible_v<layered_view<disparity_column>, layered_view<color_column, disparity_column>>);
+
+// Access to a column that the layers do not have must not compile, and a concept must be able to detect this.
+template <class L, class Column>
+concept offers_column = requires(L& l) {
+    l.template column<Column>();
+}
+|| requires(L& l) { l.template at<Column>(0); }
+|| requires(L& l) { l.template set_column<Column>(buffer<typename Column::scalar>()); };
+static_assert(offers_column<photo_layers, color_column> && !offers_column<photo_layers, normal_column>);
+static_assert(offers_column<photo_layer, color_column> && !offers_column<photo_layer, normal_column>);
+static_assert(offers_column<layered_view<color_column>, color_column> &&
+              !offers_column<layered_view<color_column>, normal_column>);
+
 enum class material : std::uint8_t { wood, stone };
 static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);
-static_assert(!averageable<std::int64_t> && !averageable<material>, "a mean of identifiers has no meaning");
+static_assert(!averageable<std::int64_t> && !averageable<material> && !averageable<std::string>,
+              "a mean of identifiers or texts has no meaning");
 
 /// Checks that every column has one row per pixel, and that the topology is valid.
 template <class... Columns>
@@ -315,6 +359,15 @@ TEST_CASE("the image is empty while edit_links() or grow() runs its callback, so
     });
     CHECK(layers.size() == 16);
     CHECK(is_sound(layers));
+}
+
+TEST_CASE("no function of a layered image constructs a column tag, so a tag's constructor may throw or be deleted") {
+    using tagged = layered_image<disparity_column, throwing_tag, not_constructible_tag>;
+    tagged layers(layered_image<disparity_column>(make_grid(4, 4)));
+    CHECK(is_sound(layers));
+    layers.grow([](graph_builder b) { return grown_pixels{std::move(b).build(), {{0, 16, false}}, {}}; });
+    CHECK(is_sound(layers));
+    CHECK(is_sound(coarsen(layers).layers));
 }
 
 TEST_CASE("new columns have one row per pixel and are zero") {

@@ -10,10 +10,10 @@
 
 using ldi::buffer;
 
-TEST_CASE("a walk over other bytes visits each of them once, in order") {
+TEST_CASE("for_each_other_byte() visits each byte that differs from the given value once, in order") {
     std::mt19937 random(5);
     for (std::size_t count = 0; count < 40; ++count)
-        for (const unsigned share : {0U, 1U, 2U, 20U}) {  // one in `share` values is unusual; 0: none
+        for (const unsigned share : {0U, 1U, 2U, 20U}) {  // one in `share` bytes may differ; 0: none
             buffer<std::uint8_t> values(count, std::uint8_t{1});
             for (std::uint8_t& v : values)
                 if (share > 0 && random() % share == 0) v = static_cast<std::uint8_t>(random());
@@ -29,7 +29,7 @@ TEST_CASE("a walk over other bytes visits each of them once, in order") {
         }
 }
 
-TEST_CASE("a value that becomes usual during the walk is not visited later") {
+TEST_CASE("a byte that a visit sets to the given value is not visited later") {
     buffer<std::uint8_t> values{0, 0, 1, 0, 1, 1, 1, 1, 0};
     int visits = 0;
     ldi::detail::for_each_unknown(values, [&](std::int32_t i) {

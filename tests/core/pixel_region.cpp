@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <utility>
+
 using namespace ldi;
 using ldi::testing::number_in;
 using ldi::testing::random_marks;
@@ -22,6 +24,18 @@ TEST_CASE("a region numbers its pixels row by row, and other positions have no n
             for (std::int32_t x = 0; x < 13; ++x) CHECK(row[x] == number_in(marks, x, y));
         }
     }
+}
+
+TEST_CASE("a region that was moved from is empty, and accepts rows again") {
+    pixel_region region = region_of(random_marks(9, 13, 1));
+    const pixel_region other = std::move(region);
+    CHECK(other.height() == 9);
+    CHECK(region.height() == 0);
+    CHECK(region.size() == 0);
+    region.add_run(2, 5);
+    region.end_row();
+    CHECK(region.number(4, 0) == 2);
+    CHECK(region.number(5, 0) == no_pixel);
 }
 
 TEST_CASE("a halved region has the pixels with even coordinates, which are the parents of their 2 x 2 blocks") {

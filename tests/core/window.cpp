@@ -20,8 +20,8 @@ window window_of(const graph_view& g, std::int32_t pixel, std::int32_t kernel_si
     return result;
 }
 
-/// Computes the window by another method: round by round, each free element goes to the neighboring element of the last round
-/// that was claimed first, and among its four sides to the first in order.
+/// Computes the window by another method, in rounds. In each round, every element that is still free is claimed by an adjacent
+/// element of the last round: by the one that was itself claimed first. Claims by the same element are ordered by side.
 window window_by_rounds(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size) {
     struct claim {
         std::int32_t element, pixel, rank;
@@ -90,7 +90,8 @@ TEST_CASE("exploration passes around a silhouette, and leaves unreachable pixels
 }
 
 TEST_CASE("exploration prefers a path that starts up or down to an equally long path that starts left or right") {
-    //  Each corner of the center 0 has two layers: one behind the pixel above or below, one behind the pixel left or right.
+    // Each diagonal neighbor of the center has two layers: one is linked to the pixel above or below the center, the other to the
+    // pixel left or right of it.
     testing::sketched_graph g(3, 3);
     const std::int32_t center = g.add_pixel(1, 1);
     const std::int32_t up = g.add_pixel(1, 0), down = g.add_pixel(1, 2), left = g.add_pixel(0, 1), right = g.add_pixel(2, 1);
@@ -134,7 +135,11 @@ TEST_CASE("a shorter path wins over a longer one that starts in an earlier direc
 }
 
 TEST_CASE("a window around the axis of a helix stays on one turn until another turn is nearer") {
-    // Four pixels per turn around the lattice point (1, 1); the right neighbor of a turn's top left pixel is in the next turn.
+    // A spiral staircase around the corner that four lattice positions share. A turn has one pixel per position:
+    //
+    //     a   b      a - c, c - d and d - b are linked. The right neighbor of a is not the b of this turn, but that of the next.
+    //     |   |
+    //     c - d
     testing::sketched_graph g(2, 2);
     buffer<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
     for (std::size_t turn = 0; turn < 3; ++turn) {

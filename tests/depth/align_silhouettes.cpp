@@ -15,7 +15,7 @@ namespace {
 
 using color = std::array<std::uint8_t, 3>;
 
-// Two surfaces that meet at a curve, in color and, displaced, in depth.
+// Two surfaces that meet at a curve. In the given depth map, the curve is displaced from its place in the photo.
 struct scene {
     ldi::image<std::uint8_t> photo;
     ldi::image<float> truth, given;
@@ -100,12 +100,12 @@ TEST_CASE("alignment keeps thin objects, and the depth of a third surface beside
         for (std::size_t x = 53; x < 55; ++x) REQUIRE(s.given(y, x) == 0.5F);
 }
 
-TEST_CASE("a pixel that a curve passes over changes to the surface farther from its own disparity, third surfaces stay") {
+TEST_CASE("a pixel that a curve passes over changes to the surface farther from its own disparity, but third surfaces stay") {
     for (const auto& [own, changed] : {std::pair{0.85F, 0.2F}, {0.55F, 0.2F}, {0.45F, 0.8F}, {0.15F, 0.8F}, {1.5F, 1.5F}}) {
         ldi::image<float> before(1, 3);
         before(0, 0) = 0.8F, before(0, 1) = 0.2F, before(0, 2) = own;
         ldi::detail::curves::trace t;
-        t.sides.push_back({.back = 1, .front = 0, .towards_front = ldi::side::left});
+        t.sides.push_back({.back = 1, .front = 0, .toward_front = ldi::side::left});
         ldi::image<float> disparity = before;
         ldi::detail::curves::change_sides(t, {{2, 0}}, before, disparity);
         CHECK(disparity(0, 2) == changed);
@@ -160,7 +160,8 @@ TEST_CASE("an edge is found even if stripes of higher contrast cross it") {
     CHECK(share_wrong(s.given, s.truth) < 0.33 * before);
 }
 
-TEST_CASE("a cut leaves half of a thin object, and may move far into both surfaces at a silhouette with teeth of four pixels") {
+TEST_CASE(
+    "a moved silhouette leaves half of a thin object, and may move by four pixels and more if it has teeth of four pixels") {
     const auto for_each_band_row = [](std::int32_t radius, auto&& is_front, auto&& visit) {
         const scene s = make_scene(60, 80, 0.0F, 0.0F, red, gray, 0.0F, is_front);
         const ldi::detail::curves::corner_map lattice(80, 60);

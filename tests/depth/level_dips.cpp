@@ -56,7 +56,7 @@ TEST_CASE("leveling changes neither slopes nor steps, and raises values only") {
     for (std::size_t i = 0; i < wavy.size(); ++i) REQUIRE(leveled.data()[i] >= wavy.data()[i]);
 }
 
-TEST_CASE("the ring around an object of any shape is gone: no step remains between it and the background") {
+TEST_CASE("leveling removes a ring around an object, so that no step remains between the ring and the background") {
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < map.height(); ++y)
         for (std::size_t x = 0; x < map.width(); ++x) {

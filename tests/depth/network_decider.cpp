@@ -16,7 +16,7 @@ using namespace ldi;
 
 namespace {
 
-/// Stands in for the network: the logit of each pixel from its input.
+/// Replaces the network: computes the logit of each pixel from its eight input bytes and its number.
 template <class Logit>
 struct network_like {
     Logit logit;
@@ -32,10 +32,10 @@ struct network_like {
 template <class Logit>
 network_like(Logit) -> network_like<Logit>;
 
-/// Goes by the photo's red, whatever the disparity: bright is in front.
+/// Decides by the photo's red channel alone: bright pixels are in front.
 constexpr auto by_red = [](std::span<const std::uint8_t> input, std::size_t) { return input[0] > 128 ? 20.0F : -20.0F; };
 constexpr auto by_disparity = [](std::span<const std::uint8_t>, std::size_t) { return 0.0F; };
-/// Pixels change sides without any order.
+/// Decides pseudo-randomly, by the number of the pixel.
 constexpr auto at_random = [](std::span<const std::uint8_t>, std::size_t i) {
     return (i * 2654435761U >> 16) % 2 == 0 ? 20.0F : -20.0F;
 };
@@ -52,7 +52,7 @@ image<std::uint8_t> halves(std::size_t height, std::size_t width, std::size_t ed
     return photo;
 }
 
-/// Front to the left of a ramp, back to the right.
+/// The front on the left, the back on the right, and a linear transition between columns `first` and `last`.
 image<float> ramp(std::size_t height, std::size_t width, std::size_t first, std::size_t last, float slope = 0) {
     image<float> map(height, width);
     for (std::size_t y = 0; y < height; ++y)
@@ -85,7 +85,7 @@ TEST_CASE("a blurred step becomes two surfaces that meet at the edge chosen by t
 TEST_CASE("the share of the front is the logistic function of the network's logit plus the prior, and 0 outside the band") {
     const image<float> map = ramp(20, 40, 19, 20);
     const auto certain = [](float logit) { return [logit](std::span<const std::uint8_t>, std::size_t) { return logit; }; };
-    // The prior adds 3 to what lies in front, and takes 3 from what lies behind.
+    // The prior adds 3 to the logits of pixels in front, and subtracts 3 from those of pixels behind.
     CHECK(decide(certain(0.0F), halves(20, 40, 20), map, map).shares(10, 5) == 0);  // beyond the band
     CHECK(decide(certain(0.0F), halves(20, 40, 20), map, map).shares(10, 15) == 243);
     CHECK(decide(certain(0.0F), halves(20, 40, 20), map, map).shares(10, 25) == 13);

@@ -130,7 +130,7 @@ TEST_CASE("metric distances below 1e-6 or above 1e9 meters are refused") {
     CHECK_THROWS_WITH(ldi::normalize(ldi::image<float>(2, 2, 1, 2.94e-39F), options),
                       Catch::Contains("between 1e-6 and 1e9 meters away, found 3.4") && Catch::Contains("e+38 meters"));
     CHECK_THROWS_WITH(ldi::normalize(ldi::image<float>(2, 2, 1, 3.4e38F), options), Catch::Contains("e-39 meters"));
-    // A sky of the largest floats behind a wall is harmless.
+    // A sky at the distance of the largest float, behind a wall, is accepted.
     ldi::image<float> map = ramp(0.2F, 0.5F);
     map(0, 0, 0) = 1.0F / std::numeric_limits<float>::max();
     options.clipped_share = 0.0F;

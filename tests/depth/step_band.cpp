@@ -20,7 +20,7 @@ struct curve_pixel {
     float front, back;
 };
 
-/// Curve pixels by the words of the definition.
+/// Finds the curve pixels as step_band.hpp defines them, one pixel at a time.
 buffer<curve_pixel> curve_pixels(const image<float>& map, const step_band_options& options) {
     const std::int32_t height = static_cast<std::int32_t>(map.height()), width = static_cast<std::int32_t>(map.width());
     const auto is_inside = [&](std::int32_t y, std::int32_t x) { return y >= 0 && x >= 0 && y < height && x < width; };
@@ -55,7 +55,7 @@ void check_band(const image<float>& map, const step_band_options& options = {}) 
             std::int32_t least = std::numeric_limits<std::int32_t>::max(), nearest = -1;
             for (std::int32_t c = 0; c < curve.count(); ++c) {
                 const std::int32_t dx = curve[c].x - x, dy = curve[c].y - y, squared = dx * dx + dy * dy;
-                // The leftmost first, then the uppermost.
+                // Among equally near curve pixels, the leftmost, then the uppermost.
                 if (squared < least || (squared == least && curve[c].x < curve[nearest].x)) least = squared, nearest = c;
             }
             const std::int32_t i = band.region.number(x, y);

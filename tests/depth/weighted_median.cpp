@@ -99,7 +99,7 @@ TEST_CASE("the weighted median turns an edge blurred over three pixels into a st
     for (std::size_t y = 0; y < 20; ++y) {
         std::size_t between = 0;
         for (std::size_t x = 0; x < 30; ++x) between += filtered(y, x, 0) > 0.21F && filtered(y, x, 0) < 0.79F ? 1U : 0U;
-        CHECK(between <= 1);  // the exact middle has no nearer side
+        CHECK(between <= 1);  // a value in the exact middle is equally near to both sides
     }
 }
 

@@ -309,6 +309,48 @@ TEST_CASE("invalid meshes and damaged or unsupported textures are refused") {
     refused(mesh, byte_string(png.begin(), png.end() - 2), "cut off");
 }
 
+TEST_CASE("a camera, motion, range or source that a GLB file cannot state is refused") {
+    const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
+    const textured_mesh mesh = make_sheet(3, 3);
+    const auto result_of = [&](const glb_options& options) { return raised([&] { encode_glb(mesh, texture, options); }); };
+    const float infinite = std::numeric_limits<float>::infinity(), nan = std::nanf("");
+
+    for (const pinhole_camera& camera : {pinhole_camera{},
+                                         {0, 9, 9.0F},
+                                         {9, 0, 9.0F},
+                                         {-9, 9, 9.0F},
+                                         {9, -9, 9.0F},
+                                         {9, 9, 0.0F},
+                                         {9, 9, -9.0F},
+                                         {9, 9, nan},
+                                         {9, 9, infinite},
+                                         {1, 1, std::numeric_limits<float>::max()}}) {
+        CAPTURE(camera.width, camera.height, camera.focal_length);
+        CHECK(result_of({.camera = camera}) == error_code::invalid_option);
+    }
+    for (const float motion : {-0.1F, nan, infinite})
+        CHECK(result_of({.camera = {}, .motion = motion}) == error_code::invalid_option);
+    CHECK_FALSE(result_of({.camera = {}, .motion = 0.0F}));
+    for (const depth_range& range :
+         {depth_range{0.0F, 1.0F}, {-1.0F, 1.0F}, {2.0F, 1.0F}, {nan, 1.0F}, {1.0F, nan}, {1.0F, infinite}}) {
+        CAPTURE(range.z_near, range.z_far);
+        CHECK(result_of({.camera = {}, .motion = 0.1F, .range = range}) == error_code::invalid_option);
+        CHECK_FALSE(result_of({.camera = {}, .range = range}));  // unused without motion
+    }
+    CHECK_FALSE(result_of({.camera = {}, .motion = 0.1F, .range = {1.0F, 1.0F}}));
+    for (const char* source : {"\xFF", "a\xC3", "\xC0\xAF.jpg", "\xED\xA0\x80", "\xF4\x90\x80\x80",
+                               "B\xE9"
+                               "b\xE9"})
+        CHECK(result_of({.camera = {}, .source = source}) == error_code::invalid_option);
+    CHECK_FALSE(result_of({.camera = {}, .source = "\xED\x9F\xBF \xF4\x8F\xBF\xBF"}));
+}
+
+TEST_CASE("an RGBA picture and a picture without pixels are refused as texture") {
+    const textured_mesh mesh = make_sheet(3, 3);
+    CHECK(raised([&] { encode_glb(mesh, smooth_picture(8, 8, 4)); }) == error_code::mismatch);
+    CHECK(raised([&] { encode_glb(mesh, image<std::uint8_t>()); }) == error_code::mismatch);
+}
+
 TEST_CASE("a GLB file states the motion and the depth range in its extras") {
     const textured_mesh mesh = make_sheet(7, 5);
     const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);

@@ -64,7 +64,7 @@ std::string random_json(std::mt19937& random, int depth) {
     }
 }
 
-/// Whether both readers agree on a value and everything in it.
+/// Whether both readers agree on a value and all values in it.
 bool same(const json_value& found, const nlohmann::json& expected) {
     switch (found.kind) {
         case json_kind::none: return false;

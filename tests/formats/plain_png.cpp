@@ -79,6 +79,18 @@ TEST_CASE("checksums match zlib's") {
     CHECK(adler32(ones) == ::adler32_z(1, reinterpret_cast<const unsigned char*>(ones.data()), ones.size()));
 }
 
+TEST_CASE("pictures without pixels, and pictures that are neither gray nor RGB, are refused") {
+    const auto result_of = [](std::size_t height, std::size_t width, std::size_t channels) {
+        return raised([&] { encode_plain_png(image<std::uint8_t>(height, width, channels)); });
+    };
+    for (const std::size_t channels : {1U, 3U}) {
+        CHECK(result_of(0, 8, channels) == error_code::mismatch);
+        CHECK(result_of(8, 0, channels) == error_code::mismatch);
+    }
+    for (const std::size_t channels : {0U, 2U, 4U, 5U}) CHECK(result_of(8, 8, channels) == error_code::mismatch);
+    CHECK_THAT(message_of([] { encode_plain_png(image<std::uint8_t>(8, 6, 4)); }), Catch::Contains("found 8 x 6 x 4"));
+}
+
 TEST_CASE("a picture that is too large for a PNG file is refused") {
     const std::uint8_t pixel[3] = {};
     CHECK(raised([&] { encode_plain_png(image_view<const std::uint8_t>(pixel, 100000, 100000, 3)); }) == error_code::too_large);

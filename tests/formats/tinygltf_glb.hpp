@@ -26,7 +26,7 @@ public:
 
     /// Appends a part, little-endian as glTF requires, and returns its view.
     ///
-    /// target  glTF's number, 0 for none
+    /// target  glTF's number for vertex attributes or indices; 0 for other data
     template <class Scalar>
     int add_view(std::span<const Scalar> values, int target) {
         std::vector<unsigned char>& data = model.buffers.front().data;
@@ -92,7 +92,7 @@ inline tinygltf::Primitive add_geometry(glb_builder& glb, const textured_mesh& m
 
 /// Material 0: the texture unchanged, unlit; not metallic in viewers without unlit materials.
 inline void add_material(glb_builder& glb, std::span<const std::byte> texture, bool double_sided) {
-    tinygltf::Image image;  // with a view and no uri; without the view, tinygltf would encode it again, as a data URI
+    tinygltf::Image image;  // with a view; without it, tinygltf would encode the picture again, as a data URI
     image.bufferView = glb.add_view(texture, 0);
     image.mimeType = detail::is_png(texture) ? "image/png" : "image/jpeg";
     glb.model.images.push_back(image);

@@ -3,7 +3,7 @@
 # or more; not part of tests/run.sh. Prints a line for each block and ends with "N passed, N failed". Needs root, for chroot.
 #
 #   tests/fresh/run.sh                       all pages
-#   tests/fresh/run.sh --only PAGE           one page, and the pages whose machine it continues on; repeatable
+#   tests/fresh/run.sh --only PAGE           one page, and the pages that run before it on the same machine; repeatable
 #   tests/fresh/run.sh --now                 without the blocks marked late: test suites and measurements
 #   tests/fresh/run.sh --resume              without the blocks that passed in the last run, on the machines of that run
 #   tests/fresh/run.sh --ccache FOLDER       compiles through a compiler cache

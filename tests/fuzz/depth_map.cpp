@@ -7,7 +7,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
     ldi::testing::byte_string bytes(first, first + size);
-    // otherwise no damage would reach the decoder
+    // Corrects checksums; otherwise, no damage would reach the decoder.
     if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);
     try {
         ldi::depth_map_options options;

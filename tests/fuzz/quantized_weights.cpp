@@ -12,7 +12,8 @@
 
 namespace {
 
-constexpr std::size_t max_bytes = std::size_t{1} << 21;  // limit of a run: a small file may ask for much more, which takes long
+// Memory limit of a run. Small files may request much more, which would be slow.
+constexpr std::size_t max_bytes = std::size_t{1} << 21;
 
 void run(const ldi::quantized_network& network, std::size_t height, std::size_t width) {
     if (network.working_bytes({height, width}, 1) > max_bytes) return;
@@ -34,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         ldi::decode_tiefenrausch(bytes);
     } catch (const ldi::error&) {
     }
-    try {  // with any metadata and any number of channels
+    try {  // also accepts files that are no depth network
         const ldi::quantized_network network(ldi::read_quantized_network(ldi::decode_safetensors(bytes)));
         run(network, 32, 32);
         run(network, 5, 3);

@@ -1,7 +1,7 @@
 // One of the translation units that configurations.py compiles into one program with different flags.
 #include <ldi/fwd.hpp>
 
-struct holder {  // the purpose of forward declarations
+struct holder {  // uses types that are only declared by fwd.hpp
     const ldi::graph* topology;
     const ldi::error_details* details;
 };
@@ -17,7 +17,7 @@ struct temperature {
     static constexpr scalar new_pixel(scalar origin) { return ldi::zeroed(origin); }
 };
 
-/// A number that depends only on the arithmetic of the code it runs through.
+/// Computes a number with many parts of the library; it must be the same in every configuration.
 double LDI_UNIT() {
     ldi::graph_builder builder(ldi::make_grid(9, 7));
     builder.unlink(10, ldi::side::right);

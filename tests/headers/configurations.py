@@ -26,7 +26,7 @@ folder.mkdir(parents=True, exist_ok=True)
 
 
 def compile_unit(setting):
-    """Compiles the unit under a setting's name."""
+    """Compiles configuration.cpp with the flags of a setting. Returns the path of the object file."""
     unit = folder / f"{setting}.o"
     subprocess.run([*compiler, "-std=c++20", f"-I{ROOT / 'include'}", f"-DLDI_UNIT=unit_{setting}", *SETTINGS[setting], "-c",
                     HERE / "configuration.cpp", "-o", unit], check=True)
@@ -40,7 +40,7 @@ def shared_symbols(unit):
 
 
 def configuration(*flags):
-    """Returns the name of ldi's namespace."""
+    """Returns the name of ldi's inline namespace when compiled with these flags."""
     text = "#include <ldi/base/config.hpp>\nLDI_CONFIGURATION\n"
     done = subprocess.run([*compiler, "-std=c++20", f"-I{ROOT / 'include'}", *flags, "-E", "-P", "-x", "c++", "-"], input=text,
                           check=True, capture_output=True, text=True)

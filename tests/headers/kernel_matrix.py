@@ -22,7 +22,7 @@ for first, *cells in rows:
     if first == "fallback":
         expected = ["" if identifier == "scalar" else name_of[otherwise] for identifier, _, otherwise in sets]
         if cells != expected:
-            wrong.append(f"the matrix lets {cells} stand in, isa.hpp {expected}")
+            wrong.append(f"the matrix has the fallbacks {cells}, isa.hpp {expected}")
     else:
         families[re.match(r"`(\w+)`", first).group(1)] = {name for name, cell in zip(names, cells) if cell}
 

@@ -69,7 +69,7 @@ TEST_CASE("grain changes no color in smooth surroundings, and by at most one lev
             }
             const ldi::buffer<std::uint8_t> before = layers.column<ldi::color_column>().copy();
             ldi::add_grain(layers);
-            INFO(steepness << (edge ? " a pixel, and an edge" : " a pixel"));
+            INFO(steepness << (edge ? " per pixel, and an edge" : " per pixel"));
             for (std::size_t i = 0; i < before.size(); ++i)
                 REQUIRE(std::abs(before[i] - layers.column<ldi::color_column>()[i]) <= (edge ? 1 : 0));
         }

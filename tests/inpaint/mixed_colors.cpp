@@ -288,7 +288,7 @@ TEST_CASE("wide margins need bounded memory per pixel, and margins without a kno
     ldi::unmix_colors(layer, options);
     const auto& known = layer.column<ldi::known_column>();
     CHECK(std::count(known.begin(), known.end(), 0) > 128 * 60);
-    // With an unlimited margin, no known pixel lies behind, so that all stay.
+    // With unlimited margins, no known pixel lies beyond them, so that all pixels stay known.
     layer = ldi::testing::lift_disparity(disparity);
     options.foreground_margin = options.background_margin = 1 << 30;
     ldi::unmix_colors(layer, options);

@@ -70,7 +70,7 @@ TEST_CASE("texture transfer continues noise in the hole with at least 60 percent
             });
         add_texture(layers, {}, no_grain);
         const double share = vertical_gradient(layers, true) / vertical_gradient(layers, false);
-        INFO("of noise up to " << strength << " gray levels the gradients are " << share << " of those outside");
+        INFO("for noise of up to " << strength << " gray levels, gradients inside are " << share << " times those outside");
         CHECK(share > 0.6);
         CHECK(share < 1.0);
     }

@@ -15,7 +15,7 @@ namespace {
 using layer_with_rims = decltype(std::declval<ldi::photo_layer>().with<ldi::rim_column>({}));
 
 layer_with_rims with_rims(ldi::photo_layer layer) {
-    ldi::buffer<std::int32_t> none(layer.size(), 0);
+    ldi::buffer<std::uint8_t> none(layer.size());
     return std::move(layer).with<ldi::rim_column>(std::move(none));
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("restore_rims() refuses rims of other layers and changes nothing") {
     const layer_with_rims before = layer;
     const ldi::buffer<ldi::uncertain_rim> too_few(rims.begin(), rims.end() - 1);
     CHECK_THROWS_AS(ldi::restore_rims(layer, too_few), ldi::error);
-    layer.column<ldi::rim_column>()[0] = -1;
+    layer.column<ldi::rim_column>()[0] = 1;
     CHECK_THROWS_AS(ldi::restore_rims(layer, rims), ldi::error);
     CHECK(layer.column<ldi::known_column>() == before.column<ldi::known_column>());
     CHECK(layer.column<ldi::color_column>() == before.column<ldi::color_column>());
@@ -171,7 +171,7 @@ TEST_CASE("every rim pixel that was not painted over is restored") {
         const ldi::graph& g = layer.topology();
         std::int32_t marked = 0;
         for (std::int32_t i = 0; i < g.count(); ++i)
-            if (const std::int32_t rim = layer.column<ldi::rim_column>()[i]; rim != 0) REQUIRE(rim == ++marked);
+            if (layer.column<ldi::rim_column>()[i] != 0) REQUIRE(rims[marked++].position == i);
         REQUIRE(marked == rims.count());
         REQUIRE((width > 0 || rims.empty()));
         for (std::int32_t i = 0; i < g.count(); ++i)

@@ -23,7 +23,8 @@ namespace {
 using ldi::testing::caffe2_files;
 using ldi::testing::octets;
 
-/// Reads, builds and runs. Returns the error's text, or nothing on success. Any exception except ldi::error fails the test.
+/// Reads, builds and runs the network. Returns the error's text, or nothing on success. Any exception except ldi::error fails the
+/// test.
 std::string error_of(const caffe2_files& files) {
     try {
         const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));

@@ -30,7 +30,7 @@ namespace ldi::testing {
 struct heif_writing {
     heif_compression_format format = heif_compression_HEVC;
     byte_string exif = {}, icc = {};
-    unsigned primaries = 0;  ///< by number, with sRGB's curve
+    unsigned primaries = 0;  ///< code of the color primaries, with sRGB's curve; 0: sRGB's primaries, too
 };
 
 /// Makes a lossless file; nothing if libheif has no encoder for the format.

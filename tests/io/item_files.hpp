@@ -47,7 +47,7 @@ inline byte_string overlay_data(std::uint32_t width, std::uint32_t height) {
     byte_string data(10);
     data[1] = std::byte{1};
     append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
-    data.resize(data.size() + 8);  // offset of one picture
+    data.resize(data.size() + 8);  // 8 bytes for the offset of the one overlaid picture
     return data;
 }
 
@@ -61,25 +61,29 @@ struct file_items {
         std::string type;
         std::uint32_t from;
         std::vector<std::uint32_t> to;
+        byte_string rest = {};  ///< bytes at the end of the box, which do not belong there
     };
     std::vector<item> items;
     std::vector<byte_string> properties;
     std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> uses = {};  ///< per item its properties, counted from 1
     std::vector<reference> references = {};
+    std::size_t index_size = 0;  ///< bytes of an extent's index in 'iloc'
 };
 
-/// The primary item of the file is 1.
+/// Builds a file whose primary item has number 1.
 inline byte_string item_file(const file_items& of, const byte_string& data) {
     const auto number = [](std::size_t value, int size) { return big_endian(static_cast<std::uint32_t>(value), size); };
     const auto meta = [&](std::size_t base) {
         byte_string locations = bytes_of("\x44"), list = number(of.items.size(), 2), all_properties, uses, references = {};
-        locations.push_back(std::byte{0});
+        locations.push_back(static_cast<std::byte>(of.index_size));
         append(locations, number(of.items.size(), 2));
         for (const file_items::item& item : of.items) {
             append(locations, number(item.id, 2)), append(locations, number(0, 4));
             append(locations, number(item.extents.size(), 2));
-            for (const auto& [at, size] : item.extents)
+            for (const auto& [at, size] : item.extents) {
+                append(locations, byte_string(of.index_size));
                 append(locations, number(base + at, 4)), append(locations, number(size, 4));
+            }
             byte_string entry = number(item.id, 2);
             append(entry, number(0, 2)), append(entry, bytes_of(item.type)), append(entry, number(0, 1));
             if (item.type == "mime") append(entry, bytes_of(std::string_view("application/rdf+xml\0", 20)));
@@ -95,6 +99,7 @@ inline byte_string item_file(const file_items& of, const byte_string& data) {
             byte_string body = number(r.from, 2);
             append(body, number(r.to.size(), 2));
             for (const std::uint32_t id : r.to) append(body, number(id, 2));
+            append(body, r.rest);
             append(references, box(r.type, body));
         }
         byte_string handler(4);
@@ -141,7 +146,7 @@ inline coded_picture coded_picture_of(const byte_string& file) {
     return result;
 }
 
-/// Pictures that contain themselves, or so many or such large pictures that they cannot be decoded; each with a name.
+/// Returns HEIC files, each with a name: their pictures contain themselves, or too many or too large pictures to be decoded.
 inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const coded_picture& coded) {
     const std::size_t n = coded.data.size();
     const std::vector<byte_string> properties = {coded.configuration, size_box(64, 64)};
@@ -190,6 +195,26 @@ inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const
                                            {coded.configuration, size_box(8192, 8192), turn},
                                            {{1, std::vector<std::uint32_t>(255, 3)}}},
                                           coded.data));
+    // libheif 1.15 reads all of these references and ends in endless recursion: the size of a reference's box does not limit it,
+    // and the header of a box 'uuid' is 16 bytes longer.
+    byte_string back_reference =
+        box("dimg", {std::byte{0}, std::byte{2}, std::byte{0}, std::byte{1}, std::byte{0}, std::byte{1}});
+    byte_string of_uuid(16);
+    append(of_uuid, big_endian(9 << 16, 4)), append(of_uuid, back_reference);
+    std::vector<std::uint32_t> numbers;
+    for (std::size_t i = 4; i < of_uuid.size(); i += 2)
+        numbers.push_back(std::to_integer<std::uint32_t>(of_uuid[i]) << 8 | std::to_integer<std::uint32_t>(of_uuid[i + 1]));
+    const auto references = [&](const std::string& name, std::vector<file_items::reference> list) {
+        files.emplace_back(name, item_file({{{1, "iden", {{0, n}}}, {2, "iden", {{0, n}}}, {3, coded.type, {{0, n}}}},
+                                            properties,
+                                            {{1, {2}}, {2, {2}}, {3, {1, 2}}},
+                                            std::move(list)},
+                                           coded.data));
+    };
+    references("unused_bytes_of_reference", {{"dimg", 1, {2}, back_reference}});
+    references("reference_uuid", {{"dimg", 1, {2}}, {"uuid", 0, numbers}});
+    files.emplace_back("extent_index", item_file({{{1, coded.type, {{0, n}}}}, properties, {{1, {1, 2}}}, {}, 4}, coded.data));
+    files.emplace_back("no_data", item_file({{{1, coded.type, {{0, 0}}}}, properties, {{1, {1, 2}}}}, {}));
     const byte_string alpha = auxiliary_box("urn:mpeg:hevc:2015:auxid:1");
     files.emplace_back("alpha_cycle", item_file({{{1, coded.type, {{0, n}}}, {2, coded.type, {{0, n}}}},
                                                  {coded.configuration, size_box(64, 64), alpha},

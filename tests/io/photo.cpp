@@ -221,13 +221,13 @@ TEST_CASE("a PNG file that inflates to far more data than its picture is refused
     CHECK(decode_photo(inflating(50'000)).color(0, 0, 0) == 7);  // other readers accept these, too
     CHECK(raised([&] { decode_photo(inflating(50'000'000)); }) == error_code::invalid_data);
     CHECK_THAT(message_of([&] { decode_photo(inflating(50'000'000)); }), Catch::Contains("more data than its picture has"));
-    CHECK(decode_photo(encode_png(smooth_picture(300, 200, 3))).color.height() == 300);  // the limit applied only to its own file
+    CHECK(decode_photo(encode_png(smooth_picture(300, 200, 3))).color.height() == 300);  // the limit does not affect later files
 }
 
 TEST_CASE("a progressive JPEG file with more scans than the limit on scanned samples is refused") {
     const byte_string file = read_file(files / "progressive.jpg");
     byte_string repeated(file.begin(), file.end() - 2);
-    // Another bit of the first channel's averages, which is 0.
+    // Each scan adds a bit, which is 0, to the averages (DC coefficients) of the first channel.
     for (int i = 0; i < 2000; ++i) append(repeated, bytes_of(std::string_view("\xFF\xDA\0\x08\1\1\0\0\0\x10\0", 11)));
     append(repeated, bytes_of("\xFF\xD9"));
     const auto decode = [&](const byte_string& bytes, std::uint64_t samples) {

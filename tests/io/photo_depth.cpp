@@ -15,7 +15,7 @@ namespace {
 const image<std::uint8_t> picture = smooth_picture(24, 40, 3);
 const byte_string photo_file = encode_jpeg(picture, 90);
 
-/// Half the photo's size; values start at 10.
+/// A picture of half the photo's size; values start at 10.
 image<std::uint8_t> depth_picture() {
     image<std::uint8_t> depth(12, 20, 1);
     for (std::size_t i = 0; i < depth.size(); ++i) depth.data()[i] = static_cast<std::uint8_t>(10 + i);
@@ -26,7 +26,10 @@ const image<std::uint8_t> stored = depth_picture();
 const byte_string depth_file = encode_png(stored);
 const byte_string decoy_file = encode_jpeg(image<std::uint8_t>(12, 20, 1, 200), 90);  // a gain map has the same shape
 
-/// The true value of each pixel: 1 / distance of stored value v.
+/// Checks the depth map that is decoded from a file.
+///
+/// source     expected name of the format
+/// disparity  returns 1 / distance for a stored value, 0 to 1
 template <class Disparity>
 void check_depth(const byte_string& file, const std::string& source, bool is_metric, Disparity&& disparity,
                  double tolerance = 1e-5) {
@@ -80,7 +83,7 @@ TEST_CASE("GDepth is found as XML elements, with another prefix, and in Extended
     const std::string second = xmp_packet(std::string(gdepth_space) + "GDepth:Data=\"" + base64(depth_file) + "\"");
     for (std::size_t part : {std::size_t{37}, std::size_t{200}, std::size_t{60'000}}) {
         byte_string segments = xmp_segment(xmp_packet(first));
-        // of another packet
+        // Segments of another packet, which must be ignored.
         append(segments, extended_xmp_segments(std::string(second.size(), 'x'), std::string(32, 'F'), part));
         append(segments, extended_xmp_segments(second, identifier, part));
         check_depth(with_segments(photo_file, segments), "GDepth, RangeLinear", false, linear);
@@ -109,7 +112,7 @@ TEST_CASE("Dynamic Depth is found by its semantic or its address, in both contai
         for (const std::vector<appended_file>& files :
              {std::vector{depth}, {by_address}, {gain_map, depth}, {depth, gain_map}, {gain_map, by_address, movie}})
             check_depth(dynamic_depth_jpeg(photo_file, files, fields, words), "Dynamic Depth, RangeInverse", true, inverse);
-    // Data that no directory lists lies between: the position is counted from the end.
+    // Data that no directory lists lies behind the photo: positions of files are counted from the end.
     byte_string file = dynamic_depth_jpeg(photo_file, {}, fields),
                 listed = dynamic_depth_jpeg(photo_file, {gain_map, depth}, fields);
     const std::size_t photo_end = listed.size() - decoy_file.size() - depth_file.size();
@@ -236,7 +239,7 @@ TEST_CASE(
         return static_cast<std::uint8_t>(map(y, x) + (y == 23 && x == 39 && c == 0));  // one colored pixel
     })));
     CHECK(is_whole(beside([](std::size_t, std::size_t x, std::size_t) { return static_cast<std::uint8_t>(x % 2); })));
-    CHECK(is_whole(beside([&](std::size_t y, std::size_t x, std::size_t) {  // the photo before it was colored
+    CHECK(is_whole(beside([&](std::size_t y, std::size_t x, std::size_t) {  // a gray copy of the left half
         return static_cast<std::uint8_t>((left(y, x, 0) + left(y, x, 1) + left(y, x, 2)) / 3);
     })));
 }

@@ -129,7 +129,7 @@ TEST_CASE("WebP photos are decoded exactly, upright, over white, with their foca
     const photo turned = decode_photo(webp_file(picture, exif_bytes(8, 26)));
     CHECK(turned.focal_length_35mm == 26.0F);
     REQUIRE(turned.color.height() == 50);
-    CHECK(turned.color(49, 0, 0) == picture(0, 0, 0));  // the first column is the bottom: EXIF's 8
+    CHECK(turned.color(49, 0, 0) == picture(0, 0, 0));  // EXIF orientation 8: top left becomes bottom left
     CHECK(turned.color(0, 0, 0) == picture(0, 49, 0));
     CHECK(raised([&] { decode_photo(webp_file(picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
     check_damage(webp_file(picture, exif_bytes(8, 26)), 1000);

@@ -95,7 +95,7 @@ TEST_CASE("input sizes in the metadata must be numbers, and multiples of 32 that
         const std::string output = "\"output\":\"disparity\"", added = ",\"details_long_side\":\"" + size + "\"";
         std::string changed = text;
         changed.insert(text.find(output) + output.size(), added);
-        changed[0] = static_cast<char>(changed[0] + static_cast<char>(added.size()));  // length of the header, below 256 more
+        changed[0] = static_cast<char>(changed[0] + static_cast<char>(added.size()));  // lowest byte of the header's length
         return changed;
     };
     const auto read = [](const std::string& file) { return decode_tiefenrausch(std::as_bytes(std::span(file))).sizes(); };

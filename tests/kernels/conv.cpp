@@ -1,4 +1,4 @@
-// kernels/conv_f32.hpp and kernels/conv_u8.hpp
+// Tests kernels/conv_f32.hpp and kernels/conv_u8.hpp.
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 
@@ -42,7 +42,7 @@ struct convolution {
         ldi::conv_f32(with, starts().data(), stride, pixels, ratios.empty() ? nullptr : ratios.data(), result.data());
         return result;
     }
-    /// Computes the same in calls with arbitrary numbers of pixels.
+    /// Computes the same result in calls with random numbers of pixels.
     results compute_in_pieces(const ldi::conv_f32_weights& with, ldi::testing::random_bytes& random) const {
         results result(pixels * outputs + 1, untouched);
         for (std::size_t p = 0; p < pixels;) {
@@ -112,7 +112,7 @@ TEST_CASE("conv_f32 gives the same bits for any split of the pixels into calls")
         }
 }
 
-TEST_CASE("a ratio of 1 gives the same bits as no ratio") {
+TEST_CASE("conv_f32 gives the same bits with a ratio of 1 per pixel as without ratios") {
     ldi::testing::random_bytes random;
     for (const ldi::isa set : ldi::testing::available_isas()) {
         convolution c = convolution::any(random, 3, 17, 21, 30);
@@ -138,7 +138,7 @@ struct byte_convolution {
     ldi::conv_u8_weights packed(ldi::isa set) const {
         return ldi::pack_conv_u8(set, weights, zero_points, scales, bias, rows, {slope}, result_zero_point);
     }
-    /// In calls with at most this many pixels.
+    /// Computes the result in calls with at most this many pixels each.
     template <class Result>
     std::vector<Result> compute(ldi::isa set, int max_pixels, ldi::testing::random_bytes& random) const {
         const ldi::conv_u8_weights with = packed(set);

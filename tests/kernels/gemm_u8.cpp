@@ -59,7 +59,7 @@ product any_product(ldi::testing::random_bytes& random, std::size_t segments, st
     return made;
 }
 
-/// Weights for which the requested set is exact.
+/// The set for which weights are packed if `set` is requested: its fallback if there are too few outputs for its lanes.
 ldi::isa expected_target(const product& p, ldi::isa set) {
     const bool fills_lanes = p.outputs >= ldi::find_kernel(ldi::gemm_u8_kernels, set).min_outputs;
     return fills_lanes ? set : ldi::find_instruction_set(set).otherwise;
@@ -135,7 +135,7 @@ TEST_CASE("weights and scales that an instruction set cannot represent exactly a
         }
         product fine = any_product(random, 1, 400, 20, 10);
         fine.output = ldi::make_requantization(0x1.fffffep-20F, 100);
-        CHECK(fine.pack(set).target == (is_neon ? set : ldi::isa::scalar));  // NEON needs no float
+        CHECK(fine.pack(set).target == (is_neon ? set : ldi::isa::scalar));  // NEON rounds in integers
         CHECK(fine.compute(fine.pack(set)) == fine.definition());
     }
 }
@@ -145,11 +145,13 @@ TEST_CASE("gemm_u8 rounds correctly on both sides of every requantization thresh
     for (int round = 0; round < 60; ++round) {
         const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -24 - round % 6);
         const ldi::requantization r = ldi::make_requantization(scale, round % 4 == 0 ? std::uint8_t{0} : random.byte());
-        ldi::buffer<std::int32_t> sums = ldi::detail::requantization_checkpoints(r);  // without the ends of their range
+        ldi::buffer<std::int32_t> sums = ldi::detail::requantization_checkpoints(r);
+        // The first two are the ends of the range of int32.
         sums.erase(sums.begin(), sums.begin() + 2);
         ldi::buffer<std::uint8_t> expected;
         for (std::int32_t sum : sums) expected.push_back(ldi::requantize(sum, r));
-        const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);  // only the bias remains
+        // All weights equal their zero point, so that only the bias remains.
+        const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);
         const std::uint8_t* const start = input.data();
         for (ldi::isa set : ldi::testing::available_isas()) {
             ldi::buffer<std::uint8_t> found(sums.size());

@@ -18,4 +18,4 @@ with tempfile.TemporaryDirectory() as folder:
         sys.exit(f"expected 4 files, found {[path.name for path in made]}")
     for path in made:
         if path.read_bytes() != (LESSONS / path.name).read_bytes():
-            sys.exit(f"{path.name} is not what learn_make_crops makes: run it again with {LESSONS}")
+            sys.exit(f"{path.name} differs from the output of learn_make_crops: run it again with {LESSONS}")

@@ -7,7 +7,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
+#include <optional>
 
 namespace {
 
@@ -135,7 +137,7 @@ TEST_CASE("edges that two charts share have the same vertex positions, bit for b
             return std::abs(camera_of(c).project(position)[axis] - limit) < 1e-3F;
         };
         for (const auto& [directed, count] : edges) {
-            const std::pair<point, point>& edge = directed;  // clang 14 captures no structured binding
+            const std::pair<point, point>& edge = directed;  // clang 14 cannot capture structured bindings
             REQUIRE(count == 1);
             if (edges.count({edge.second, edge.first}) == 1) {
                 ++shared;
@@ -181,5 +183,57 @@ TEST_CASE("a camera of the wrong size and a wrong number of placements are refus
     camera.width -= 1;
     placements.emplace_back();
     REQUIRE_THROWS_AS(build(), ldi::error);
+}
+
+TEST_CASE("a camera without focal length, distances out of order, and an atlas without pixels are refused") {
+    const charted_graph c = ldi::testing::random_charts(3, 20);
+    const ldi::photo_facts right{camera_of(c), range, {}};
+    const ldi::texture_atlas right_atlas = atlas_of(random_placements(c, 3));
+    const auto result_of = [&](const ldi::photo_facts& facts, const ldi::texture_atlas& atlas) -> std::optional<ldi::error_code> {
+        try {
+            ldi::build_mesh(layers_of(c), facts, c.charts, atlas, small_options());
+        } catch (const ldi::error& e) {
+            return e.code();
+        }
+        return std::nullopt;
+    };
+    REQUIRE_FALSE(result_of(right, right_atlas));
+    const float infinite = std::numeric_limits<float>::infinity(), nan = std::nanf("");
+    for (const float focal_length : {0.0F, -30.0F, infinite, nan}) {
+        ldi::photo_facts facts = right;
+        facts.camera.focal_length = focal_length;
+        CHECK(result_of(facts, right_atlas) == ldi::error_code::invalid_option);
+    }
+    for (const ldi::depth_range& r :
+         {ldi::depth_range{0.0F, 1.0F}, {-1.0F, 1.0F}, {2.0F, 1.0F}, {1.0F, infinite}, {nan, 1.0F}, {1.0F, nan}}) {
+        ldi::photo_facts facts = right;
+        facts.range = r;
+        CHECK(result_of(facts, right_atlas) == ldi::error_code::invalid_option);
+    }
+    ldi::texture_atlas empty = right_atlas;
+    empty.color = {};
+    CHECK(result_of(right, empty) == ldi::error_code::mismatch);
+
+    ldi::photo_facts flat = right;
+    flat.range = {2.0F, 2.0F};
+    CHECK_FALSE(result_of(flat, right_atlas));
+}
+
+TEST_CASE("a chart whose bounding box has a side above 8192 is refused") {
+    for (const std::int32_t width : {8192, 8193}) {
+        charted_graph c;
+        c.topology = ldi::make_grid(width, 1);
+        c.charts.chart_of.assign(c.topology.size(), 0);
+        c.charts.charts.push_back({0, 0, width, 1, {}});
+        for (std::int32_t i = 0; i < width; ++i) c.charts.charts.front().pixels.push_back(i);
+        c.disparity.assign(c.topology.size(), 0.5F);
+        std::optional<ldi::error_code> code;
+        try {
+            mesh_of(c, {{0, 0}}, small_options());
+        } catch (const ldi::error& e) {
+            code = e.code();
+        }
+        CHECK(code == (width > 8192 ? std::optional(ldi::error_code::too_large) : std::nullopt));
+    }
 }
 #endif

@@ -80,7 +80,8 @@ double distance_to_outline(const ldi::flat_mesh& m, std::size_t chart, double x,
             for (std::size_t i = 0; i + 1 < ids.size(); ++i) {
                 const ldi::outline_corner& a = m.outlines.corners[static_cast<std::size_t>(ids[i])];
                 const ldi::outline_corner& b = m.outlines.corners[static_cast<std::size_t>(ids[i + 1])];
-                const double along = std::clamp((x - a.x) * (b.x - a.x) + (y - a.y) * (b.y - a.y), 0.0, 1.0);  // a unit step
+                const double along =
+                    std::clamp((x - a.x) * (b.x - a.x) + (y - a.y) * (b.y - a.y), 0.0, 1.0);  // the edge from a to b has length 1
                 nearest = std::min(nearest, std::hypot(x - a.x - along * (b.x - a.x), y - a.y - along * (b.y - a.y)));
             }
         }

@@ -13,7 +13,7 @@ struct weight_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;
 };
-struct label_column {  // two numbers that belong together: pixels vote for one of them
+struct label_column {  // two numbers per pixel; the pixels at a vertex vote for one pair
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 2;
     static std::array<std::uint8_t, 2> at_vertex(pixel_values<std::uint8_t, 2> pixels) {

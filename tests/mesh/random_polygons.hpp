@@ -93,8 +93,8 @@ inline void require_triangulation(const ldi::polygon& p, const ldi::triangulatio
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t h = f + k, next = f + (k + 1) % 3;
             used.insert(t.triangles[h]);
-            // An edge may occur twice in the same direction only if two parts of the outline coincide, with their own vertices;
-            // never by index.
+            // No two edges have the same vertices in the same order. Where two parts of the outline coincide, each has its own
+            // vertices.
             REQUIRE(edges.emplace(t.triangles[h], t.triangles[next]).second);
             const std::int32_t mate = t.mates[h];
             if (mate < 0) continue;
@@ -110,7 +110,7 @@ inline void require_triangulation(const ldi::polygon& p, const ldi::triangulatio
     for (std::size_t v = 0; v < p.points.size(); ++v) {
         if (p.next[v] < 0) continue;
         const std::uint32_t a = static_cast<std::uint32_t>(v), b = static_cast<std::uint32_t>(p.next[v]);
-        // The chart lies to the right of its outline, which is to the left of the reversed edge, as for triangles.
+        // The chart lies right of its outline, and triangles lie left of their edges: they contain the reversed edges.
         REQUIRE(edges.count({b, a}) == 1);
         if (a >= static_cast<std::uint32_t>(p.outline_count)) REQUIRE(edges.count({a, b}) == 1);
     }

@@ -17,7 +17,7 @@ ldi::simplify_options options_with(float tolerance, float disparity_tolerance) {
     return options;
 }
 
-// All corners of a piece, in order.
+// All corners of a piece of boundary, in order.
 ldi::buffer<std::int32_t> all_corners(const ldi::boundary_piece& p) {
     ldi::buffer<std::int32_t> ids{p.start};
     for (std::int32_t i = 0; i < p.inner_count; ++i) ids.push_back(p.first_inner + i);
@@ -137,7 +137,7 @@ TEST_CASE(
             };
             CAPTURE(width, p, kept.size());
             for (std::size_t k = 0; k + 1 < kept.size(); ++k) CHECK(shift(k, k + 1) <= 0.5F);
-            // Edges come in pairs that were one edge before: at least some pair would have shifted too far.
+            // Splitting an edge makes two. Joining such a pair again must exceed the tolerance, at least for some pair.
             float largest = 0;
             for (std::size_t k = 0; k + 2 < kept.size(); ++k) largest = std::max(largest, shift(k, k + 2));
             if (kept.size() > 4) CHECK(largest > 0.5F);

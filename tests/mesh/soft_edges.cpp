@@ -153,10 +153,10 @@ TEST_CASE("the triangles of a soft-edge strip face the camera and are ordered fr
             const auto at = [&](std::size_t i, std::size_t axis) { return static_cast<double>(p[i][axis] / -p[i][2]); };
             area = (at(1, 0) - at(0, 0)) * (at(2, 1) - at(0, 1)) - (at(1, 1) - at(0, 1)) * (at(2, 0) - at(0, 0));
             turned += area < 0 ? 1U : 0U;
-            CHECK(nearest < before * 1.3);  // an edge has two ends
+            CHECK(nearest < before * 1.3);  // triangles are ordered by edges, whose two ends differ in depth
             before = std::min(before, nearest);
         }
-        CHECK(20 * turned <= strip.triangles.size() / 3);  // at sharp inner corners
+        CHECK(20 * turned <= strip.triangles.size() / 3);  // only at sharp inner corners
     }
 }
 

@@ -26,7 +26,7 @@ ldi::chart_set whole(const ldi::graph_view& g) {
     return charts;
 }
 
-// Studs with unlimited texture tolerance, so that only disparity decides.
+// Makes studs (vertical polylines of vertices inside a chart) with unlimited texture tolerance, so that only disparity decides.
 ldi::stud_set studs_of(const ldi::graph_view& g, ldi::array_view<const float> disparity, const ldi::chart_set& charts,
                        ldi::stud_options options) {
     options.texture_tolerance = 1000.0F;

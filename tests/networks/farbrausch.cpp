@@ -40,7 +40,7 @@ buffer<float> hashed(std::uint64_t tensor_index, std::size_t count, double sprea
     return values;
 }
 
-/// visit(name, level, stride, kernel size, inputs, outputs)
+/// Calls visit(name, level, stride, kernel size, inputs, outputs) for every layer.
 template <class Visit>
 void for_each_layer(const inpainting_architecture& a, Visit&& visit) {
     const std::size_t depth = a.channels.size();
@@ -65,7 +65,7 @@ named_tensors hashed_weights(const inpainting_architecture& a) {
     return weights;
 }
 
-/// With ranges as wide as the values of random layers may be.
+/// Adds the ranges that 8-bit arithmetic requires, wide enough for random layers.
 named_tensors ranged(named_tensors weights, const inpainting_architecture& a) {
     const auto add = [&](const std::string& name) { weights.tensors[name + ".range"] = {{2}, buffer<float>{-4.0F, 4.0F}}; };
     add("input");
@@ -240,7 +240,7 @@ TEST_CASE("two surfaces in one layered image are inpainted as if each were alone
 
     const buffer<float> result = run(network, layers);
     buffer<float> of_a(a.output.size()), of_b(b.output.size());
-    buffer<std::size_t> place;  // of each unknown pixel of the two among the unknown ones of its own image
+    buffer<std::size_t> place;  // per pixel of both images: its number among the unknown pixels of its own image
     std::size_t count_a = 0, count_b = 0;
     for (const std::uint8_t k : a.layers.column<known_column>()) place.push_back(k == 0 ? count_a++ : 0);
     for (const std::uint8_t k : b.layers.column<known_column>()) place.push_back(k == 0 ? count_b++ : 0);
@@ -336,7 +336,7 @@ TEST_CASE("values of masked colors have no effect, and a surface whose pixels ar
     CHECK(std::all_of(nothing.begin(), nothing.end(), [](float v) { return v == 0.0F; }));
 }
 
-TEST_CASE("a network built from the public operators gives the same colors") {
+TEST_CASE("a network built from the public operators gives the same colors as farbrausch") {
     const named_tensors weights = hashed_weights(small);
     const std::size_t depth = small.channels.size();
     const auto layer = [&](const std::string& name, std::int32_t kernel_size, activation after) {

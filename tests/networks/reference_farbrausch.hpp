@@ -168,7 +168,10 @@ private:
         }
     }
 
-    /// up: from the pixels of the next level; skip: from this level. Adds a row to `result`.
+    /// Computes one pixel of a layer, and appends it as a row to `result`.
+    ///
+    /// up    features of the next coarser level
+    /// skip  features of this level
     void convolve(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel, const features& up,
                   const features& skip, double leak, features& result) const {
         const std::size_t elements = static_cast<std::size_t>(kernel * kernel), c_in = up.channels + skip.channels,

@@ -1,4 +1,5 @@
-// The silhouette network on whole images, pixel by pixel and in integers, as examples/training/silhouettes/README.md words it.
+// The silhouette network on whole images, pixel by pixel and in integers, as described in
+// examples/training/silhouettes/README.md.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -19,7 +20,8 @@ namespace ldi::testing {
 
 class reference_silhouettes {
 public:
-    /// name, what it reads (the first coarser than the result: upsampled), outputs, level of the result, stride
+    /// reads  names of the inputs; an input coarser than the result is upsampled
+    /// level  level of the result; level 0 has full resolution
     struct layer {
         std::string name;
         std::vector<std::string> reads;
@@ -41,7 +43,10 @@ public:
 
     explicit reference_silhouettes(const named_tensors& weights) : weights_(weights) {}
 
-    /// input  H x W x 8, region  H x W: H x W x 2
+    /// Returns the logits, H x W x 2.
+    ///
+    /// input   H x W x 8
+    /// region  H x W, nonzero inside the region
     image<float> operator()(const image<std::uint8_t>& input, const image<std::uint8_t>& region) {
         regions_[0] = region;
         for (std::size_t i = 1; i < regions_.size(); ++i) {
@@ -77,7 +82,7 @@ private:
         return static_cast<std::int32_t>(std::lround(-numbers(of + ".range")[0] / scale(of)));
     }
 
-    /// A value less its zero, at a pixel of a level; 0 outside the region.
+    /// Returns a value minus its zero point, at a pixel of a level; 0 outside the region.
     std::int32_t value_at(const std::string& of, std::size_t level, std::int64_t y, std::int64_t x, std::size_t c) const {
         const map& m = values_.at(of);
         const auto is_in = [&](std::size_t l, std::int64_t v, std::int64_t u) {

@@ -87,7 +87,7 @@ TEST_CASE("the silhouette network matches integer arithmetic bit for bit on ever
                 std::size_t different = 0, next = 0;
                 for (std::size_t i = 0; i < in.marks.size(); ++i)
                     for (std::size_t c = 0; in.marks.data()[i] != 0 && c < 2; ++c)
-                        different += std::size_t{found[next++] != expected.data()[2 * i + c]};  // bits
+                        different += std::size_t{found[next++] != expected.data()[2 * i + c]};  // exact
                 CHECK(different == 0);
             });
         }
@@ -105,11 +105,11 @@ TEST_CASE("the shipped silhouette network computes the logits of its training, u
     for (std::size_t i = 0; i < pixels; ++i)
         for (std::size_t c = 0; c < 8; ++c) {
             values.data()[8 * i + c] = input[c * pixels + i];
-            if (input[c * pixels + i] != 128) marks.data()[i] = 1;  // outside, all are 0
+            if (input[c * pixels + i] != 128) marks.data()[i] = 1;  // outside the region, all inputs are 0, stored as 128
         }
     const inputs in(std::move(marks), std::move(values));
     const buffer<float> found = network.logits(in.region, in.packed, buffer<std::uint8_t>(in.region.size(), 1));
-    // The training computes in floats, so that a byte in between may be rounded the other way, which its neighborhood sees.
+    // The training computes in floats, so that a byte of an inner layer may be rounded differently, which changes logits nearby.
     std::size_t different = 0;
     float largest = 0;
     const auto compare = [&](float ours, float theirs) {

@@ -103,7 +103,7 @@ TEST_CASE("the published output is the same on every instruction set and with an
         INFO(to_string(set));
         const std::optional<ldi::tiefenrausch> network = load(set);
         for (std::size_t count : {1U, 2U, 5U}) {
-            if (set == ldi::isa::scalar && count != 2) continue;  // this needs seconds
+            if (set == ldi::isa::scalar && count != 2) continue;  // scalar code needs seconds per run
             ldi::thread_pool threads(count);
             CHECK(differences(network->levels(rgb, threads), expected) == 0);
         }
@@ -226,7 +226,7 @@ TEST_CASE("empty images, images without three channels, and sizes that the netwo
     CHECK_THROWS_AS(network.levels(ldi::image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
 }
 
-TEST_CASE("networks whose output has the wrong shape or too large a step are refused") {
+TEST_CASE("networks whose output has the wrong shape or too coarse a quantization step are refused") {
     const ldi::testing::caffe2_files files = ldi::testing::small_network();
     const ldi::network_description sound = ldi::read_caffe2(files.network, files.weights);
     ldi::network_description wide = sound, half = sound, steep = sound;
@@ -321,7 +321,7 @@ TEST_CASE("with_layout() nearly keeps the differences between neighboring sample
         for (std::size_t y = 0; y < map.height(); ++y)
             for (std::size_t x = 1; x < map.width(); ++x)
                 most = std::max(most, std::abs((both(y, x, 0) - both(y, x - 1, 0)) - (map(y, x, 0) - map(y, x - 1, 0))));
-        CHECK(most < 1.0F / 16);  // values differ by at most 1, so the added amount changes by at most this from square to square
+        CHECK(most < 1.0F / 16);  // 1 / 16 bounds how fast the added amount changes from sample to sample
     }
 }
 

@@ -16,14 +16,14 @@ namespace {
 ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t min_length = 1) {
     ldi::curve_options options;
     options.min_length = min_length;
-    options.max_density = 2.0F;  // all sides
+    options.max_density = 2.0F;  // keeps all sides
     return ldi::find_discontinuity_curves(layers, {}, options);
 }
 
 // Ends of the lattice edge between two pixels, as (x, y) of corners.
 std::pair<std::pair<int, int>, std::pair<int, int>> corners_of(const ldi::graph_view& g, const ldi::discontinuity& d) {
     const int x = g.x()[static_cast<std::size_t>(d.back)], y = g.y()[static_cast<std::size_t>(d.back)];
-    switch (d.towards_front) {
+    switch (d.toward_front) {
         case ldi::side::up: return {{x, y}, {x + 1, y}};
         case ldi::side::down: return {{x, y + 1}, {x + 1, y + 1}};
         case ldi::side::left: return {{x, y}, {x, y + 1}};
@@ -46,9 +46,9 @@ TEST_CASE("every missing link inside the photo lies on exactly one curve, with i
             for (const ldi::discontinuity& d : c.sides) {
                 REQUIRE(disparity[static_cast<std::size_t>(d.front)] > disparity[static_cast<std::size_t>(d.back)] + 0.05F);
                 REQUIRE(g.x()[static_cast<std::size_t>(d.front)] ==
-                        g.x()[static_cast<std::size_t>(d.back)] + ldi::step_x(d.towards_front));
+                        g.x()[static_cast<std::size_t>(d.back)] + ldi::step_x(d.toward_front));
                 REQUIRE(g.y()[static_cast<std::size_t>(d.front)] ==
-                        g.y()[static_cast<std::size_t>(d.back)] + ldi::step_y(d.towards_front));
+                        g.y()[static_cast<std::size_t>(d.back)] + ldi::step_y(d.toward_front));
                 REQUIRE(found.emplace(std::min(d.back, d.front), std::max(d.back, d.front)).second);
             }
         std::size_t missing = 0;
@@ -81,7 +81,7 @@ TEST_CASE("the sides of a curve form a chain, and no curve runs through a juncti
                 const auto [e, f] = corners_of(layers.topology(), c.sides[i + 1]);
                 const auto shared = a == e || a == f ? a : b;
                 REQUIRE((shared == e || shared == f));
-                const bool pass_each_other = degree[shared] == 4;  // the curve then keeps a pixel beside itself
+                const bool pass_each_other = degree[shared] == 4;  // both sides then belong to one background pixel
                 const ldi::discontinuity &d = c.sides[i], &next = c.sides[i + 1];
                 REQUIRE((degree[shared] == 2 || (pass_each_other && d.back == next.back)));
             }
@@ -181,12 +181,12 @@ TEST_CASE("a short curve between two junctions of long curves is kept") {
 }
 
 TEST_CASE(
-    "on a map that is too dense, the longest curves that fit remain, none shorter than the minimum, and the rest is counted") {
+    "on a map with too many silhouettes, the longest curves that fit remain, none below the minimum, and the rest is counted") {
     ldi::image<float> map(60, 100, 1, 0.1F);
     for (std::size_t size = 1; size <= 10; ++size)
         for (std::size_t i = 0; i < size * size; ++i)
             map((size % 2 == 0 ? 40 : 25) + i / size, 8 * size + i % size, 0) = 0.7F;  // 4 * size sides
-    for (std::size_t x = 0; x < 100; ++x) map(10, x, 0) = 0.7F;                        // two of 100 sides
+    for (std::size_t x = 0; x < 100; ++x) map(10, x, 0) = 0.7F;                        // two curves of 100 sides
     const ldi::photo_layer layers = ldi::testing::lift_disparity(map);
     const auto lengths = [&](ldi::curve_options options) {
         std::vector<std::size_t> found;
@@ -206,14 +206,14 @@ TEST_CASE(
     CHECK(lengths({.max_density = 0.05F}) == sizes{36, 40, 100, 100});  // of 6000 pixels
     for (const float density : {-0.1F, 2.1F, std::numeric_limits<float>::quiet_NaN()})
         CHECK_THROWS_AS(lengths({.max_density = density}), ldi::error);
-    CHECK(lengths({.max_sides = 199}).empty());  // both or neither
+    CHECK(lengths({.max_sides = 199}).empty());  // curves of equal length are kept or dropped together
     const auto dropped = [&](ldi::curve_options options) {
-        std::size_t sides = 1;  // replaced
+        std::size_t sides = 1;  // find_discontinuity_curves() replaces it
         ldi::find_discontinuity_curves(layers, {}, options, &sides);
         return sides;
     };
     CHECK(dropped({}) == 0);
-    CHECK(dropped({.max_sides = 420}) == 0);  // all there are
+    CHECK(dropped({.max_sides = 420}) == 0);  // the map has 420 sides
     CHECK(dropped({.min_length = 4, .max_sides = 419}) == 4);
     CHECK(dropped({.max_sides = 300}) == 420 - 276);
     CHECK(dropped({.max_sides = 0}) == 420);

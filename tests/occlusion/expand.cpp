@@ -36,7 +36,7 @@ ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column
     curve_options.min_length = min_length, curve_options.max_density = 2.0F;
     const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     ldi::expand_options options;
-    options.motion = 1.0F;  // so that iterations decide
+    options.motion = 1.0F;  // so large that the number of iterations limits the growth
     options.iterations = iterations;
     options.max_hidden = 100.0F;
     return ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
@@ -46,7 +46,8 @@ ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::siz
     return expanded(lifted, iterations, min_length).layers;
 }
 
-// Invariants of the graph at any time. `first_new` separates the photo's own pixels from added ones.
+// Checks the invariants of the graph, which hold at any time. Pixels from index `first_new` on were added; the others are the
+// photo's own.
 void require_sound(const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
     const auto broken = ldi::validate(g);
     REQUIRE_FALSE(broken);
@@ -76,7 +77,8 @@ void require_sound(const ldi::graph_view& g, std::span<const float> disparity, s
 // A front surface on the right of a vertical silhouette at column 60 whose upper part, up to row 60, may grow. It must stop at a
 // line that starts at (60, 60) and points to the right. Returns the hidden pixels below that line.
 //
-// front(y)  disparity of the front surface in row y, and first(y) its first column
+// front(y)  disparity of the front surface in row y
+// first(y)  first column of the front surface in row y
 template <class Front, class First>
 ldi::buffer<std::pair<std::int32_t, std::int32_t>> grown_past_line(Front&& front, First&& first) {
     constexpr std::size_t size = 120;
@@ -223,7 +225,7 @@ TEST_CASE("the growth at a curve's side depends on the disparities within eight 
     int hidden = 0;
     for (std::int32_t i = 0; i < layers.topology().count(); ++i)
         hidden += layers.topology().y()[i] == 20 && layers.column<ldi::known_column>()[i] == 0 ? 1 : 0;
-    CHECK(hidden >= 14);  // 12 if each row went by its own step
+    CHECK(hidden >= 14);  // it would be 12 if each row grew by its own step alone
     CHECK(hidden <= 16);
 }
 
@@ -285,7 +287,7 @@ TEST_CASE("growing surfaces join if they meet at similar depth, and pass each ot
     std::uniform_real_distribution<float> unit(0.0F, 1.0F);
     for (int round = 0; round < 60; ++round) {
         const float left = 0.1F + 0.2F * unit(random), step = 0.25F * (unit(random) - 0.5F), slope = 0.0004F * unit(random);
-        const std::size_t first = 25 + random() % 10, last = first + 5 + random() % 30;  // of a bar
+        const std::size_t first = 25 + random() % 10, last = first + 5 + random() % 30;  // columns of a bar
         if (std::abs(std::abs(step) - 2 * threshold) < 0.02F) continue;
         ldi::image<float> map(40, 100);
         for (std::size_t y = 0; y < 40; ++y)
@@ -353,7 +355,7 @@ TEST_CASE(
     }
     for (int x = edge; x < width; ++x)
         for (int y = top; y < top + 48; ++y) REQUIRE(background_at.count({x, y}) == 1);
-    for (int y = top; y < top + 20; ++y)  // under both
+    for (int y = top; y < top + 20; ++y)  // behind both other surfaces
         for (int x = edge - 20; x < edge; ++x) REQUIRE(background_at.count({x, y}) == 1);
 }
 
@@ -372,12 +374,12 @@ TEST_CASE("in a custom column, a new pixel inherits the value of the surface tha
         const auto [first, second] = std::pair{expanded.at<label>(i)[0], expanded.at<label>(i)[1]};
         REQUIRE(first == -second);
         const std::int32_t x = expanded.topology().x()[i], y = expanded.topology().y()[i];
-        if (expanded.at<mark>(i)[0] == 7) {  // the photo's own
+        if (expanded.at<mark>(i)[0] == 7) {  // a pixel of the photo
             REQUIRE(first - 1 == y * 30 + x);
             REQUIRE(seen.insert(first).second);
         } else {
             REQUIRE(expanded.at<mark>(i)[0] == 0);
-            REQUIRE((first - 1) % 30 < 15);  // grown from the far side
+            REQUIRE((first - 1) % 30 < 15);  // grown from the far surface
             REQUIRE(x >= 15);
             REQUIRE(expanded.column<ldi::disparity_column>()[i] == 0.2F);
         }
@@ -398,7 +400,7 @@ TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any
         const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
         auto curves = ldi::find_discontinuity_curves(lifted, {});
         REQUIRE(curves.size() == 1);
-        // The part of the silhouette that leads up to the middle, from either side.
+        // Keeps the part of the silhouette that leads up to the middle; the line at its end starts there.
         const auto outward_at = [&](float x, float y) { return (x - 60.0F) * along_x + (y - 60.0F) * along_y; };
         ldi::buffer<ldi::discontinuity> kept;
         for (const ldi::discontinuity& d : curves[0].sides)
@@ -425,8 +427,8 @@ TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any
     }
 }
 
-TEST_CASE("a surface that grows farther from elsewhere along a curve stops at the line at the curve's end, too") {
-    // The surface grows by 16 pixels near the end, and by 40 from `distance` pixels on.
+TEST_CASE("a surface also stops at the line at a curve's end if it grows farther elsewhere along the curve") {
+    // The surface grows by 16 pixels near the curve's end, and by 40 at distances above `distance` from it.
     for (const float distance : {0.0F, 8.0F, 16.0F, 24.0F, 32.0F, 40.0F}) {
         const auto past = grown_past_line(
             [&](std::size_t y) { return std::clamp(0.3F + 0.045F * (60.0F - distance - static_cast<float>(y)), 0.3F, 0.7F); },
@@ -436,7 +438,8 @@ TEST_CASE("a surface that grows farther from elsewhere along a curve stops at th
     }
 }
 
-TEST_CASE("the line at a curve's end starts before the end: it stops a surface beside it by up to two pixels, but not by four") {
+TEST_CASE(
+    "the line at a curve's end stops a surface that starts up to two pixels beside the end, but not one four pixels beside it") {
     for (const auto& [beside, is_stopped] : {std::pair<std::size_t, bool>{0, true}, {1, true}, {2, true}, {4, false}}) {
         const auto past =
             grown_past_line([](std::size_t) { return 0.7F; },
@@ -475,7 +478,7 @@ TEST_CASE("expand() can be canceled and refuses options and disparities outside 
     }
 }
 
-TEST_CASE("growth ends at the maximum number of hidden pixels, and the result's motion says how far it got") {
+TEST_CASE("growth ends at the maximum number of hidden pixels, and the result states the motion that they support") {
     ldi::image<float> map(120, 160, 1, 0.1F);
     for (std::size_t y = 0; y < 120; ++y)
         for (std::size_t x = 0; x < 160; ++x) map(y, x, 0) = 0.1F + 0.1F * static_cast<float>(x / 20);  // a staircase

@@ -55,7 +55,7 @@ bool is_in_photo(const grown& g, std::int32_t pixel) {
 
 /// Returns a flat photo with stripes.
 ///
-/// slope     steps down per step to the right
+/// slope     pixels down per pixel to the right
 /// contrast  difference of the brightest stripes from the mean, in gray levels
 photo_layers stripes(std::int32_t size, float slope, float contrast, photo_facts& facts) {
     photo_layers layers =
@@ -150,7 +150,7 @@ TEST_CASE("pixels past the frame have colors of their own surface") {
 
 TEST_CASE(
     "lines that leave the photo continue straight past the frame, but mirrored if they are faint, because they may be noise") {
-    // Mean error beside the middle of the left side, relative to the contrast; near corners, another side's lines count.
+    // Mean error beside the middle of the left side, relative to the contrast. Near corners, lines of another side appear, too.
     const auto error_past_frame = [](float slope, float contrast) {
         photo_facts facts;
         photo_layers layers = stripes(160, slope, contrast, facts);
@@ -169,9 +169,9 @@ TEST_CASE(
     };
     for (const float slope : {0.0F, 0.3F, -0.5F, 0.6F}) {
         CAPTURE(slope);
-        CHECK(error_past_frame(slope, 100.0F) < 0.18);  // mirrored, slopes of 0.3 and more have 0.6
+        CHECK(error_past_frame(slope, 100.0F) < 0.18);  // mirroring gives 0.6 for slopes of 0.3 and more
     }
-    CHECK(error_past_frame(1.0F, 100.0F) < 0.5);  // mirrored, 0.8
+    CHECK(error_past_frame(1.0F, 100.0F) < 0.5);  // mirroring gives 0.8
     CHECK(error_past_frame(0.6F, 25.0F) < 0.4);
     CHECK(error_past_frame(0.6F, 12.0F) > 0.65);
 }

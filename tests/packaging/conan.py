@@ -31,7 +31,7 @@ def copy(recipe, pattern, src, dst):
     """Replaces conan.tools.files.copy(): patterns match across folders, and each must match a file."""
     found = [path for path in Path(src).rglob("*") if path.is_file() and fnmatch.fnmatch(path.relative_to(src).as_posix(), pattern)]
     if not found:
-        sys.exit(f"nothing in {src} is {pattern}")
+        sys.exit(f"no file in {src} matches {pattern}")
     for path in found:
         target = Path(dst) / path.relative_to(src)
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -71,7 +71,7 @@ recipe.package()
 package = folder / "package"
 headers = {path.relative_to(ROOT / "include") for path in (ROOT / "include").rglob("*.hpp")}
 if headers != {path.relative_to(package / "include") for path in (package / "include").rglob("*.hpp")}:
-    sys.exit("the package has not the headers that the source has")
+    sys.exit("the headers of the package and of the source differ")
 if not (package / "licenses/LICENSE").is_file() or not (package / "share/ldi/single_include/ldi/ldi.hpp").is_file():
     sys.exit("the package lacks the license or the single header")
 consumer = Path(__file__).with_name("consumer.cpp")

@@ -65,8 +65,8 @@ for name, (package, part) in PACKAGES.items():
     code, text, lines = configure(*without(name))
     check(code == 0, f"without {name}, CMake fails:\n{text}")
     check(any(line.startswith(f"Left out: {part} ") and package in line for line in lines), f"without {name}, no line says {part} lacks {package}: {lines}")
-    check(len(lines) == len(set(lines)), f"without {name}, a line comes twice: {lines}")
-    check(not re.search(r"Warning|Error", text), f"without {name}, CMake complains:\n{text}")
+    check(len(lines) == len(set(lines)), f"without {name}, a line is printed twice: {lines}")
+    check(not re.search(r"Warning|Error", text), f"without {name}, CMake prints a warning or an error:\n{text}")
     if name == "Catch2":
         check({"photo3d", "learn_01_what_an_ldi_is", "ldi_quality"} <= targets(), f"without Catch2, programs are missing: {targets()}")
 
@@ -76,11 +76,11 @@ for package in READERS.values():
     check(any("ldi::io's use of" in line and package in line for line in lines), f"no line names {package}: {lines}")
 
 code, text, lines = configure(*without(*PACKAGES))
-check(code == 0, f"without anything, CMake fails:\n{text}")
-check({"ldi_test_core", "photo3d"}.isdisjoint(targets()), "without anything, there are still programs")
+check(code == 0, f"without any package, CMake fails:\n{text}")
+check({"ldi_test_core", "photo3d"}.isdisjoint(targets()), "without any package, CMake still defines programs")
 
 code, text, lines = configure(*without("Catch2"), "-DLDI_REQUIRED=^tests")
-check(code != 0 and "catch2" in text, f"LDI_REQUIRED does not stop what is left out:\n{text}")
+check(code != 0 and "catch2" in text, f"LDI_REQUIRED does not stop CMake when tests are left out:\n{text}")
 
 if faults:
     sys.exit("\n".join(faults))

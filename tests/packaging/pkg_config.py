@@ -27,4 +27,4 @@ program = consumer.read_text(encoding="utf-8")
 single.write_text("#include <ldi/ldi.hpp>\n" + "".join(line for line in program.splitlines(True) if not line.startswith("#include")), encoding="utf-8")
 subprocess.run([compiler, "-std=c++20", "-fsyntax-only", f"-I{moved / 'share/ldi/single_include'}", single], check=True)
 if "MIT" not in (moved / "share/licenses/ldi/LICENSE").read_text(encoding="utf-8"):
-    sys.exit("the license is not where it belongs")
+    sys.exit("share/licenses/ldi/LICENSE is not the MIT license")

@@ -31,7 +31,7 @@ function(vcpkg_cmake_config_fixup)
     if(NOT files)
         message(FATAL_ERROR "no package config in ${a_CONFIG_PATH}")
     endif()
-    # share/cmake/ldi becomes share/ldi; relative paths to the prefix must follow.
+    # Moves share/cmake/ldi to share/ldi, and corrects relative paths to the prefix.
     foreach(file IN LISTS files)
         file(READ "${file}" text)
         string(REPLACE "/../../../" "/../../" text "${text}")
@@ -59,13 +59,13 @@ folder.mkdir(parents=True)
 manifest = json.loads((PORT / "vcpkg.json").read_text(encoding="utf-8"))
 version = ".".join(re.findall(r"#define LDI_VERSION_\w+ (\d+)", (ROOT / "include/ldi/version.hpp").read_text(encoding="utf-8")))
 if manifest["version-semver"] != version:
-    sys.exit(f"vcpkg.json is of version {manifest['version-semver']}, not {version}")
+    sys.exit(f"vcpkg.json has version {manifest['version-semver']}, not {version}")
 
 script = folder / "run_port.cmake"
 script.write_text(f'set(FOLDER "{folder}")\nset(COMPILER "{compiler}")\n{FUNCTIONS}\ninclude("{PORT / "portfile.cmake"}")\n', encoding="utf-8")
 subprocess.run(["cmake", "-P", script], check=True)
 if list((folder / "installed").rglob("lib")) or not (folder / "installed/share/ldi/copyright").is_file():
-    sys.exit("the port leaves what a header-only one must not, or has no license")
+    sys.exit("the port installs a folder lib, which a header-only library must not, or has no license")
 consumer = Path(__file__).with_name("find_package")
 subprocess.run(["cmake", "-S", consumer, "-B", folder / "consumer", f"-DCMAKE_CXX_COMPILER={compiler}",
                 f"-DCMAKE_PREFIX_PATH={folder / 'installed'}", "-DWITHOUT_FILES=ON"], check=True, stdout=subprocess.DEVNULL)

@@ -37,7 +37,7 @@ struct cost {
     double pixels = 0, hidden = 0, charts = 0, sides = 0, dropped_sides = 0, motion = 0;
 
     double hidden_per_pixel() const { return hidden / pixels; }
-    /// Per pixel of the layers.
+    /// Allocated bytes per pixel of the layers.
     double allocated_per_pixel() const {
         double sum = 0;
         for (const auto& stage : stages) sum += static_cast<double>(stage.allocated);
@@ -80,8 +80,8 @@ TEST_CASE("on difficult depth maps, silhouettes, hidden pixels, charts and the m
             REQUIRE(c.stages.size() == std::size(bounds));
             CAPTURE(name, columns, unit, c.sides, c.hidden, c.charts);
             CHECK(c.sides <= ldi::curve_options().max_density * c.pixels);
-            CHECK(c.hidden_per_pixel() < 1.5);   // max_hidden, and surfaces past the frame; noise had 7
-            CHECK(c.charts < 0.025 * c.pixels);  // noise had 0.25
+            CHECK(c.hidden_per_pixel() < 1.5);   // max_hidden plus surfaces past the frame; without the limit, noise had 7
+            CHECK(c.charts < 0.025 * c.pixels);  // without limits, noise had 0.25
             for (std::size_t i = 0; i < c.stages.size(); ++i) {
                 CAPTURE(name, columns, unit, c.stages[i].name, c.hidden_per_pixel());
                 REQUIRE(c.stages[i].name == bounds[i].stage);
@@ -92,7 +92,8 @@ TEST_CASE("on difficult depth maps, silhouettes, hidden pixels, charts and the m
 }
 
 TEST_CASE(
-    "a 3D photo tells which limits its depth map exceeds: noise on silhouettes, stairs on hidden surfaces, ramps on neither") {
+    "a 3D photo states which limits its depth exceeds: noise that of silhouettes, stairs that of hidden surfaces, a ramp "
+    "neither") {
     constexpr double motion = double{ldi::expand_options().motion};
     const cost noise = cost_of("noise", 128, 128, 1), stairs = cost_of("stairs", 256, 256, 3),
                ramp = cost_of("ramp", 128, 128, 1);

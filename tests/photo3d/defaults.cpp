@@ -26,7 +26,7 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.expand.iterations == 4096);
     CHECK(o.texture.rounds == 2);
     CHECK(o.grain.rounds == 4);
-    CHECK(o.frame == ldi::photo_frame::grow);  // the paper's frame crops
+    CHECK(o.frame == ldi::photo_frame::grow);  // the paper crops the frame
     CHECK(o.expand.motion == 0.08F);           // the paper grows 50 pixels, for any step and camera
     CHECK(o.level.radius == 0);
     CHECK(o.sharpen.radius == 3);
@@ -35,7 +35,7 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.alignment.uncertainty == 3.0F);
     CHECK(o.alignment.stiffness == 1.5F);
     CHECK(o.alignment.min_length == 20);
-    CHECK(ldi::step_band_options().max_step == 0.02F);  // these five are those of the network's training
+    CHECK(ldi::step_band_options().max_step == 0.02F);  // the silhouette network is trained with these five values
     CHECK(ldi::step_band_options().min_step == 0.06F);
     CHECK(ldi::step_sides_radius == 4);
     CHECK(ldi::step_band_radius == 12);

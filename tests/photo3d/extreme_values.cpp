@@ -24,7 +24,7 @@ namespace {
 constexpr float largest = std::numeric_limits<float>::max(), tiniest = std::numeric_limits<float>::denorm_min();
 constexpr float infinity = std::numeric_limits<float>::infinity(), not_a_number = std::numeric_limits<float>::quiet_NaN();
 
-/// Counts its calls.
+/// A depth estimator that returns a given map, and counts its calls.
 struct counted_estimator {
     ldi::image<float> map;
     int* calls;

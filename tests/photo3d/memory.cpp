@@ -51,8 +51,8 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 
 }  // namespace
 
-// The address sanitizer has its own operator new, which some libraries call: nothing is counted there, and lost memory is found
-// anyway.
+// The address sanitizer has its own operator new, which some libraries call. Calls are therefore not counted there; the sanitizer
+// finds lost memory anyway.
 #if defined(__SANITIZE_ADDRESS__)
 #define LDI_TEST_COUNTS_NEW 0
 #elif defined(__has_feature)
@@ -65,7 +65,7 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 #endif
 
 #if LDI_TEST_COUNTS_NEW
-// Not inlined: g++ would report a mismatch between free() in one and the other.
+// Not inlined: otherwise g++ would report that free() does not match operator new.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
     if (calls_of_new >= 0) ++calls_of_new;
     if (void* block = std::malloc(bytes > 0 ? bytes : 1)) return block;
@@ -90,7 +90,7 @@ TEST_CASE("every stage and both networks allocate only from the caller's memory"
             const counting elsewhere;
 #if LDI_TEST_COUNTS_NEW
             ::operator delete(::operator new(4));
-            CHECK(elsewhere.calls() == 1);  // it does count
+            CHECK(elsewhere.calls() == 1);  // calls are counted
             calls_of_new = 0;
 #endif
             serial = ldi::make_photo3d(photo, network_and_map{depth, map}, inpainter);
@@ -130,7 +130,7 @@ TEST_CASE(
     };
     const std::size_t smaller = peak_of(720, 960), larger = peak_of(1440, 1920);
     CAPTURE(smaller, larger);
-    CHECK(larger < smaller + 512 * 512 * 3);  // 6 megabytes more are the photo's
+    CHECK(larger < smaller + 512 * 512 * 3);  // the photo itself is 6 megabytes larger, which are not counted
 }
 
 TEST_CASE("if any allocation of the conversion fails, bad_alloc is thrown and all memory is released") {

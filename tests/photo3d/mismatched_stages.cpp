@@ -1,4 +1,4 @@
-// Results of different photos don't fit together: the stage that receives them says so.
+// A stage that receives results of different photos refuses them.
 #include "tests/support/lifted_scene.hpp"
 
 #include <ldi/charts/charts.hpp>

@@ -24,6 +24,22 @@ struct material_column {
     static constexpr std::size_t channels = 1;
 };
 
+using two_columns = photo_columns<normal_column, material_column>;
+static_assert(std::is_constructible_v<two_columns, const image<float>&, image_view<const std::uint16_t>>);
+static_assert(!std::is_constructible_v<two_columns, const image<float>&, image<std::uint16_t>>, "the view would dangle");
+static_assert(!std::is_constructible_v<two_columns, const image<float>&, const image<std::uint16_t>>);
+struct derived_image : image<std::uint16_t> {};
+struct owner {
+    image<std::uint16_t> values;
+    operator image_view<const std::uint16_t>() const { return values; }
+};
+static_assert(std::is_constructible_v<two_columns, const image<float>&, const derived_image&>);
+static_assert(!std::is_constructible_v<two_columns, const image<float>&, derived_image>);
+static_assert(std::is_constructible_v<two_columns, image<float>&, const owner&>);
+static_assert(!std::is_constructible_v<two_columns, image<float>&, owner>);
+static_assert(!std::is_constructible_v<two_columns, const image<float>&>);
+static_assert(!std::is_constructible_v<two_columns, const image<std::uint16_t>&, const image<float>&>);
+
 /// A function of the photo's position, so that it can be checked wherever the value occurs.
 std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<std::uint16_t>(7 * x + 1000 * y); }
 

@@ -30,8 +30,8 @@ ldi::image<float> two_sides(std::size_t height, std::size_t width, int edge) {
     return filled(height, width, [edge](int x, int) { return x < edge ? 0.2F : 0.8F; });
 }
 
-/// The weighted median by its definition, with tau = 0.05; infinity if the decision is too close for a Gaussian with an error of
-/// 0.0003.
+/// The weighted median by its definition, with tau = 0.05; infinity if the best two samples are too close for a Gaussian
+/// with an error of 0.0003 to decide.
 float median_by_definition(const ldi::image<float>& map, int x, int y, double sigma) {
     const int width = static_cast<int>(map.width()), height = static_cast<int>(map.height());
     const auto at = [&](int u, int v) {
@@ -88,7 +88,7 @@ TEST_CASE("the weighted median's Gaussian has a sigma of 0.2") {
     std::uniform_real_distribution<float> step(-0.049F, 0.049F);
     std::size_t compared = 0, different = 0, told_apart = 0;
     for (int round = 0; round < 40; ++round) {
-        // Steps below tau between neighbors, so that every sample counts, over the widest possible range.
+        // Neighbors differ by less than tau, so that every sample counts. The values span a range as wide as possible.
         std::vector<float> columns(20, 0.5F), rows(20, 0.0F);
         for (std::size_t i = 1; i < 20; ++i) columns[i] = columns[i - 1] + step(random), rows[i] = rows[i - 1] + step(random);
         const ldi::image<float> map = filled(
@@ -161,7 +161,7 @@ TEST_CASE("a curve's direction at its end is that of its last 20 sides, even if 
     ldi::buffer<ldi::growth_constraint> constraints;
     for (const ldi::discontinuity_curve& c : curves)
         for (const ldi::growth_constraint& constraint : c.constraints) constraints.push_back(constraint);
-    REQUIRE(constraints.size() == 1);  // the midground's, where the three meet
+    REQUIRE(constraints.size() == 1);  // that of the midground, where the three surfaces meet
     const ldi::growth_constraint& end = constraints[0];
     CHECK(end.x == 39.0F);
     CHECK(end.y == 32.0F);

@@ -100,7 +100,7 @@ TEST_CASE("seen from the photo's viewpoint, the 3D photo closely matches the pho
                                                    ldi::moved_view(c.result.facts.camera, c.result.facts.range, 1.0F, 0.0F));
         INFO(name);
         CHECK(psnr(seen.color, c.result.photo, 2) > 28.0);
-        // Simplified silhouettes cut corners; nothing fills them behind curves too short to grow from.
+        // Simplified silhouettes cut corners. At curves too short for hidden surfaces, nothing is behind these corners.
         CHECK(uncovered_share(c.result, 0.0F, 0.0F, 2) < 0.0002);
     }
 }

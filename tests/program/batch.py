@@ -1,5 +1,5 @@
-"""Tests photo3d --batch: the same bytes as single runs, one line per photo, also for failures, memory within its limit; resumes after a
-kill.
+"""Tests photo3d --batch: it writes the same bytes as single runs, prints one line per photo, also for failures, keeps its memory limit, and
+resumes after a kill.
 
     batch.py PHOTO3D SOURCE_DIR [KILLS]
 
@@ -105,15 +105,15 @@ def the_same_bytes():
             check(f"{name}: hidden share", abs(line["hidden_share"] - report["hidden_pixels"] / (60 * 80)) < 1e-4 and line["hidden_share"] > 0, line)
             check(f"{name}: milliseconds", abs(line["milliseconds"] - report["milliseconds"]["total"]) <= 0.051 and line["milliseconds"] > 0, line)
             check(f"{name}: figures are rounded", re.search(r'"milliseconds":[0-9]+\.[0-9],', json.dumps(line, separators=(",", ":"))) is not None, line)
-        check("it says how many", "5 converted, 0 skipped, 0 failed" in f.said, f.said)
-        check("no carriage return where no terminal is", "\r" not in f.said)
+        check("the last message counts the photos", "5 converted, 0 skipped, 0 failed" in f.said, f.said)
+        check("no carriage return without a terminal", "\r" not in f.said)
     with folder_of_photos(2) as f:
         f.run("photos/a.png", "--depth-model", NETWORK, "-o", "a.glb", "--quiet")
         f.batch("photos/a.png", "photos/b.png", "--depth-model", NETWORK, "-o", "out", "--quiet", given_depth=False)
-        check("the same by a network", f.read("out/a.glb") == f.read("a.glb"))
-        check("beside the photo nothing", f.list("photos") == ["a.png", "b.png"] and f.said == "")
+        check("with depth from a network, a batch writes the same bytes as a single run", f.read("out/a.glb") == f.read("a.glb"))
+        check("with an output folder, nothing is written beside the photos", f.list("photos") == ["a.png", "b.png"] and f.said == "")
         f.batch("photos", "--depth-model", NETWORK, given_depth=False)
-        check("where no output is named", f.list("photos") == ["a.glb", "a.html", "a.png", "b.glb", "b.html", "b.png"], f.list("photos"))
+        check("without an output folder, outputs are beside the photos", f.list("photos") == ["a.glb", "a.html", "a.png", "b.glb", "b.html", "b.png"], f.list("photos"))
 
 
 def lists():
@@ -123,20 +123,20 @@ def lists():
         os.mkdir(f / "out")
         f.write("list.jsonl", text.encode())
         lines = f.batch("list.jsonl", "-o", "rest")
-        check("a list", f.list("out") == ["1.glb", "1.json", "2.glb"] and f.list("rest") == ["c.glb"], lines)
+        check("a list names outputs for some photos", f.list("out") == ["1.glb", "1.json", "2.glb"] and f.list("rest") == ["c.glb"], lines)
         f.run("photos/b.png", "--depth", "depth/c.png", "-o", "b.glb")
         check("a depth map in a list", f.read("out/2.glb") == f.read("b.glb"))
         f.batch("-", "photos/d.png", "-o", "again", input=b'"photos/a.png"\n{"photo": "photos/b.png"}')
-        check("standard input, and photos beside", f.list("again") == ["a.glb", "b.glb", "d.glb"])
+        check("photos from standard input and from arguments", f.list("again") == ["a.glb", "b.glb", "d.glb"])
         bad = [b'"' + b"a" * 2_000_000 + b'"', b"{", b"3", b'{"output": "x.glb"}', b'{"photo": 3}', b'{"photo": ""}', b'{"photo": "-"}', b'{"photo": "photos/a.png", "outptu": "x.glb"}', b'{"photo": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", b"[" * 1_000_000]
         lines = subprocess.run([PROGRAM, "--batch", "-", "--depth", "depth", "-o", "bad"], cwd=f.path, input=b"\n".join([*bad, b'"photos/e.png"']), capture_output=True)
         lines = [json.loads(line) for line in lines.stdout.splitlines()]
         errors = [line["error"] for line in lines if "error" in line]
-        check("lines that are none", [e["code"] for e in errors] == ["too large"] + ["invalid data"] * (len(bad) - 1), str(errors)[:2000])
-        check("a message names the line", "standard input, line 2" in errors[1]["message"], errors)
+        check("invalid lines have error codes", [e["code"] for e in errors] == ["too large"] + ["invalid data"] * (len(bad) - 1), str(errors)[:2000])
+        check("a message names the number of the line", "standard input, line 2" in errors[1]["message"], errors)
         check("messages are short", all(len(e["message"]) < 1000 for e in errors), errors)
-        check("JSON nested without end", all("nested" in e["message"] and len(e["message"]) < 1000 for e in errors[-2:]), str(errors)[:2000])
-        check("and the photo behind them", f.list("bad") == ["e.glb"])
+        check("deeply nested JSON is refused as nested", all("nested" in e["message"] and len(e["message"]) < 1000 for e in errors[-2:]), str(errors)[:2000])
+        check("a photo after invalid lines is converted", f.list("bad") == ["e.glb"])
 
 
 def bad_photos():
@@ -149,36 +149,36 @@ def bad_photos():
             f.write(f"depth/{name}.png", depth(1))
         shutil.copy(f / "photos/a.png", f / "photos/lonely.png")
         lines = f.batch("photos", "nowhere", "none.jsonl", "-o", "out", code=NEVER)
-        check("every other photo", f.list("out") == [f"{name}.glb" for name in f.names], f.list("out"))
+        check("all good photos are converted", f.list("out") == [f"{name}.glb" for name in f.names], f.list("out"))
         errors = {name: line["error"] for name, line in lines.items() if "error" in line}
-        check("the bad ones", {name: e["code"] for name, e in errors.items()} == {"photos/cut.png": "invalid data", "photos/empty.jpg": "invalid data", "photos/lonely.png": "file access", "nowhere": "file access", "none.jsonl": "file access"}, errors)
-        check("none can succeed later", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
+        check("bad photos have error codes", {name: e["code"] for name, e in errors.items()} == {"photos/cut.png": "invalid data", "photos/empty.jpg": "invalid data", "photos/lonely.png": "file access", "nowhere": "file access", "none.jsonl": "file access"}, errors)
+        check("bad photos are not to be tried again", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
         lines = f.batch("photos/a.png", "photos/b.png", "photos/../photos/a.png", "-o", "out", code=NEVER)
-        check("a photo that is named twice", [line.get("error", {}).get("code") for line in sorted(lines.values(), key=lambda line: line["index"])] == [None, None, "invalid option"], lines)
+        check("a photo that is named twice is refused the second time", [line.get("error", {}).get("code") for line in sorted(lines.values(), key=lambda line: line["index"])] == [None, None, "invalid option"], lines)
         os.mkdir(f / "full")
         os.symlink("/dev/full", f / "full/a.glb")
         lines = f.batch("photos/a.png", "photos/b.png", "-o", "full", code=TRY_AGAIN)
-        check("what may succeed later", lines["photos/a.png"]["error"]["try_again"] and "outputs" in lines["photos/b.png"], lines)
+        check("a photo is to be tried again if the device is full", lines["photos/a.png"]["error"]["try_again"] and "outputs" in lines["photos/b.png"], lines)
         f.write("photos/b.html", b"another's page")
         os.rename(f / "viewer.html", f / "none.html")
         f.write("photos/c.glb", b"another's")
         lines = f.batch("photos/b.png", "photos/c.png", code=NEVER)
-        check("a file of somebody else's", "error" in lines["photos/c.png"] and f.read("photos/c.glb") == b"another's" and "error" not in lines["photos/b.png"], lines)
+        check("an existing file that the program did not write is kept", "error" in lines["photos/c.png"] and f.read("photos/c.glb") == b"another's" and "error" not in lines["photos/b.png"], lines)
     with folder_of_photos(2) as f:
         for name, arguments, words in (
-            ("two photos, no batch", ["photos/a.png", "photos/b.png"], "--batch"),
-            ("skipping without a batch", ["photos/a.png", "--skip-existing"], "--batch"),
-            ("stages of many", ["--batch", "photos", "--stages", "s"], "--stages"),
-            ("a video of many", ["--batch", "photos", "--video", "v.mp4"], "--video"),
-            ("standard output", ["--batch", "photos", "-o", "-"], "folder"),
-            ("no size", ["--batch", "photos", "--memory", "much"], "--memory"),
+            ("two photos without --batch", ["photos/a.png", "photos/b.png"], "--batch"),
+            ("--skip-existing without a batch", ["photos/a.png", "--skip-existing"], "--batch"),
+            ("stages in a batch", ["--batch", "photos", "--stages", "s"], "--stages"),
+            ("a video in a batch", ["--batch", "photos", "--video", "v.mp4"], "--video"),
+            ("standard output in a batch", ["--batch", "photos", "-o", "-"], "folder"),
+            ("a memory limit that is no size", ["--batch", "photos", "--memory", "much"], "--memory"),
         ):
             result = f.run(*arguments, "--depth", "depth")
             check(f"{name}: {result.returncode}", result.returncode == USAGE and words in result.stderr.decode() and not result.stdout, result.stderr)
         result = f.run("--batch", "photos", "--depth", "depth", "-o", "viewer.html")
-        check("a file for a folder", result.returncode == NEVER, result.stderr)
+        check("a file as the output folder", result.returncode == NEVER, result.stderr)
         reader = subprocess.Popen(["sh", "-c", '"$@" | true', "sh", PROGRAM, "--batch", "photos", "--depth", "depth", "--inpaint", "diffusion", "-o", "out", "--quiet"], cwd=f.path, stderr=subprocess.PIPE)
-        check("a reader that goes away: no crash", b"photo3d: standard output" in reader.communicate()[1] or f.list("out") == ["a.glb", "b.glb"])
+        check("a reader that closes its pipe causes no crash", b"photo3d: standard output" in reader.communicate()[1] or f.list("out") == ["a.glb", "b.glb"])
 
 
 def links():
@@ -211,9 +211,9 @@ def links():
         os.symlink("../photos/b.png", f / "out/a.glb")
         before = f.read("photos/b.png")
         lines = f.batch("photos", "-o", "out", code=NEVER)
-        check("an output that leads to a photo", "error" in lines["photos/a.png"] and f.read("photos/b.png") == before and "outputs" in lines["photos/b.png"], lines)
+        check("an output that links to a photo is refused", "error" in lines["photos/a.png"] and f.read("photos/b.png") == before and "outputs" in lines["photos/b.png"], lines)
         f.batch("-", input=outputs("out/A.glb", "out/a2.glb", "out/A2.glb"))
-        check("where small letters are told from capital ones", {"A.glb", "a2.glb", "A2.glb"} <= set(f.list("out")))
+        check("file names that differ only in case are different outputs", {"A.glb", "a2.glb", "A2.glb"} <= set(f.list("out")))
 
 
 def formats():
@@ -230,23 +230,23 @@ def formats():
                 if made:
                     os.remove(f / f"photos/{name}")
         lines = f.batch("photos", "-o", "out")
-        check("every format", f.list("out") == [f"{name}.glb" for name in wanted], lines)
+        check("every readable format is converted", f.list("out") == [f"{name}.glb" for name in wanted], lines)
         f.write("photos/notes.txt", b"notes")
         f.write("photos/more/z.png", photo(1))
         f.write("photos/.hidden", b"")
         for i in range(30):
             f.write(f"photos/film{i:02}.mov", b"")
         f.batch("photos", "-o", "out")
-        check("what is left out is named and counted", all(word in f.said for word in ("32 left out", "film00.mov", " more", f"{len(wanted)} converted")) and ".hidden" not in f.said, f.said)
+        check("files that the batch leaves out are named and counted", all(word in f.said for word in ("32 left out", "film00.mov", " more", f"{len(wanted)} converted")) and ".hidden" not in f.said, f.said)
         f.batch("photos", "-o", "out", "--quiet")
-        check("unless quiet is asked for", f.said == "", f.said)
+        check("with --quiet, they are not named", f.said == "", f.said)
 
 
 def memory_of_maps():
     """The memory limit covers maps beside photos, maps inside photos, and depth with unusually many hidden pixels."""
     program = open(PROGRAM, "rb").read()
     if b"AddressSanitizer" in program or b"ThreadSanitizer" in program:
-        print("skipped the memory of maps: sanitizers take memory of their own")
+        print("skipped the memory of maps: sanitizers need additional memory")
         return
     bound = 250
     with folder_of_photos(0) as f:
@@ -257,10 +257,10 @@ def memory_of_maps():
         f.write("beside/9.png", photo(9, 400, 300))
         f.write("beside/9_depth.png", png(8000, 6000, 1, lambda y: bytes(8000)))
         lines = f.batch("beside", "-o", "out", "--report", "reports", "--memory", f"{bound}MB", "--threads", "4", given_depth=False, code=NEVER)
-        check("maps beside photos", f.list("out") == [f"{i}.glb" for i in range(4)], lines)
-        check("a map that does not fit", lines["beside/9.png"]["error"]["code"] == "too large", lines)
+        check("photos with large maps beside them are converted", f.list("out") == [f"{i}.glb" for i in range(4)], lines)
+        check("a map beyond the memory limit is refused", lines["beside/9.png"]["error"]["code"] == "too large", lines)
         peak = max(json.loads(f.read(f"reports/{name}"))["peak_memory_bytes"] for name in f.list("reports"))
-        check(f"maps beside photos: the peak, {peak} bytes", peak <= bound * 1_000_000)
+        check(f"photos with large maps: the peak, {peak} bytes, is within the limit", peak <= bound * 1_000_000)
     with folder_of_photos(0) as f:
         names = [f"{i}.png" for i in range(4)]
         for i, name in enumerate(names):
@@ -269,9 +269,9 @@ def memory_of_maps():
             f.write(f"depth/{name}", png(900, 700, 1, lambda y: comb[y // 6 % 2]) if i % 2 else depth(i, 900, 700))
         lines = f.batch("photos", "-o", "out", "--report", "reports", "--memory", f"{bound}MB", "--threads", "4", "--motion", "0.05", code=None)
         errors = {line["error"]["code"] for line in lines.values() if "error" in line}
-        check("depth that hides much is converted or said to be too large", errors <= {"too large"} and {"0.glb", "2.glb"} <= set(f.list("out")), lines)
+        check("photos with many hidden pixels are converted or refused as too large", errors <= {"too large"} and {"0.glb", "2.glb"} <= set(f.list("out")), lines)
         peak = max(json.loads(f.read(f"reports/{name}"))["peak_memory_bytes"] for name in f.list("reports"))
-        check(f"depth that hides much: the peak, {peak} bytes", peak <= bound * 1_000_000, lines)
+        check(f"photos with many hidden pixels: the peak, {peak} bytes, is within the limit", peak <= bound * 1_000_000, lines)
 
 
 def reader_goes_away():
@@ -281,8 +281,8 @@ def reader_goes_away():
             os.close(read)
             result = subprocess.run([PROGRAM, *arguments, "--inpaint", "diffusion"], cwd=f.path, stdout=write, stderr=subprocess.PIPE)
             os.close(write)
-            check(f"nobody reads {arguments}: exit code {result.returncode}", result.returncode == TRY_AGAIN and b"standard output" in result.stderr, result.stderr)
-        check("and nothing is written", not os.path.exists(f / "a.glb"))
+            check(f"without a reader of standard output, {arguments}: exit code {result.returncode}", result.returncode == TRY_AGAIN and b"standard output" in result.stderr, result.stderr)
+        check("without a reader of standard output, no file is written", not os.path.exists(f / "a.glb"))
 
 
 def memory():
@@ -297,18 +297,18 @@ def memory():
         f.write("large/7.png", png(9000, 9000, 1, lambda y: bytes(9000)))
         f.write("depth/7.png", depth(7, 100, 100))
         lines = f.batch("large", "-o", "out", "--report", "reports", "--memory", f"{bound}MB", "--threads", "4", code=NEVER)
-        check("photos that fit", f.list("out") == [f"{i}.glb" for i in range(4)], lines)
-        check("a photo that does not", lines["large/7.png"]["error"]["code"] == "too large" and f"{bound} MB" in lines["large/7.png"]["error"]["message"], lines["large/7.png"])
+        check("photos within the memory limit are converted", f.list("out") == [f"{i}.glb" for i in range(4)], lines)
+        check("a photo beyond the memory limit is refused", lines["large/7.png"]["error"]["code"] == "too large" and f"{bound} MB" in lines["large/7.png"]["error"]["message"], lines["large/7.png"])
         peak = max(json.loads(f.read(f"reports/{i}.json"))["peak_memory_bytes"] for i in range(4))
-        check(f"the peak, {peak} bytes", is_sanitized or peak <= bound * 1_000_000)
+        check(f"the peak, {peak} bytes, is within the limit", is_sanitized or peak <= bound * 1_000_000)
         if not is_sanitized:
             f.batch("large/0.png", "large/1.png", "large/2.png", "large/3.png", "-o", "free", "--report", "free", "--threads", "4")
             free = max(json.loads(f.read(f"free/{i}.json"))["peak_memory_bytes"] for i in range(4))
-            check(f"without a bound it is more, {free} bytes", free > peak)
+            check(f"without a limit, the peak is higher, {free} bytes", free > peak)
 
 
 def kills():
-    """A batch that was killed at any time and started again leaves each photo's result once and complete, and no other file."""
+    """Kills batches at random times and starts them again. Each photo must then have one complete result, and no other file may remain."""
     random.seed(2)
     with folder_of_photos(16) as f:
         command = ["photos", "-o", "out", "--html", "out", "--skip-existing"]
@@ -331,12 +331,12 @@ def kills():
             check(f"kill {i}: {process.returncode}, says {said}", process.returncode in (DONE, -number) and quiet)
             left = [name for name in f.list("out") if name.startswith(".ldi")]
             check(f"kill {i}: leaves {left}", number == signal.SIGKILL or not left)
-            check(f"kill {i}: what is there is whole", all(f.read(f"out/{name}") == expected[name] for name in f.list("out") if not name.startswith(".ldi")))
+            check(f"kill {i}: existing files are complete", all(f.read(f"out/{name}") == expected[name] for name in f.list("out") if not name.startswith(".ldi")))
             lines = f.batch(*command)
-            check(f"kill {i}: all is there after", {name: f.read(f"out/{name}") for name in f.list("out")} == expected, f.list("out"))
+            check(f"kill {i}: after the next run, all files exist", {name: f.read(f"out/{name}") for name in f.list("out")} == expected, f.list("out"))
             before = {json.loads(line)["photo"] for line in first.decode().splitlines() if line.endswith("}")}
             again = {name for name, line in lines.items() if "skipped" not in line}
-            check(f"kill {i}: none is converted twice", len(lines) == 16 and not before & again, before & again)
+            check(f"kill {i}: no photo is converted twice", len(lines) == 16 and not before & again, before & again)
         print(f"{KILLS} kills at random times of {duration:.2f} s: {early} before the end")
 
 
@@ -349,7 +349,7 @@ def terminal():
         said = os.read(leader, 65536).decode()
         os.close(leader)
         check("progress on a terminal", "1 of 3 photos" in said and "photos/s" in said and " left" in said, said)
-        check("lines of JSON beside it", len([json.loads(line) for line in lines.splitlines()]) == 3)
+        check("standard output has only lines of JSON", len([json.loads(line) for line in lines.splitlines()]) == 3)
 
 
 def galleries():
@@ -359,14 +359,14 @@ def galleries():
         arguments = ["photos", "-o", "out", "--gallery", "pages/all.html", "--formats", "png"]
         os.mkdir(f / "pages")
         lines = f.batch(*arguments, code=NEVER)
-        check("the small pictures are outputs", lines["photos/a.png"]["outputs"] == ["out/a.glb", "pages/all_posters/..__out__a.jpg"], lines)
+        check("posters are among the outputs", lines["photos/a.png"]["outputs"] == ["out/a.glb", "pages/all_posters/..__out__a.jpg"], lines)
         page = f.read("pages/all.html").decode()
-        check("around the list is the viewer's page", page.startswith("before<script id=\"photos\"") and page.endswith("</script>after") and page.count("</script>") == 1, page)
+        check("the page of the gallery surrounds the list of photos", page.startswith("before<script id=\"photos\"") and page.endswith("</script>after") and page.count("</script>") == 1, page)
         entries = json.loads(page[page.index(">") + 1 : page.rindex("</script>")])
-        check("a photo", entries[0] == {"title": "a.png", "src": "../out/a.glb", "poster": "all_posters/..__out__a.jpg"}, entries)
-        check("a failure", entries[2]["title"] == "c.png" and "error" in entries[2] and len(entries) == 3, entries)
+        check("an entry of a photo in the gallery", entries[0] == {"title": "a.png", "src": "../out/a.glb", "poster": "all_posters/..__out__a.jpg"}, entries)
+        check("an entry of a failure in the gallery", entries[2]["title"] == "c.png" and "error" in entries[2] and len(entries) == 3, entries)
         f.batch(*arguments, "--skip-existing", code=NEVER)
-        check("a second run skips, and lists all the same", "0 converted, 2 skipped" in f.said and f.read("pages/all.html").decode() == page, f.said)
+        check("a second run skips existing photos and still lists them", "0 converted, 2 skipped" in f.said and f.read("pages/all.html").decode() == page, f.said)
         f.write("gallery.html", b"another version")
         result = f.run("--batch", "photos", "--depth", "depth", "-o", "other", "--gallery", "pages/other.html")
         check("a gallery of another version", result.returncode == NEVER and b"gallery.html" in result.stderr, result.stderr)

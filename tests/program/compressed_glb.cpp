@@ -189,7 +189,7 @@ TEST_CASE("a compressed GLB file looks the same from the side") {
     serial_executor here;
     const image<std::uint8_t> picture = rasterize(mesh, atlas, from, raster_options(), here).color;
     CHECK(psnr(rasterize(viewed_glb(file).mesh(), atlas, from, raster_options(), here).color, picture) > 45);
-    from.position[0] += 0.01F;  // the views from elsewhere differ
+    from.position[0] += 0.01F;  // from another position, the pictures differ
     CHECK(psnr(rasterize(mesh, atlas, from, raster_options(), here).color, picture) < 40);
 }
 

@@ -30,7 +30,7 @@ std::string state_of(const fs::path& folder) {
     return state;
 }
 
-/// A set of one file.
+/// Writes one file as a set.
 void put(const fs::path& path, const byte_string& bytes) {
     file_set files;
     files.write(path, bytes);
@@ -77,7 +77,7 @@ TEST_CASE("a set that is not committed leaves all existing files unchanged") {
     CHECK(state_of(folder / "") == before);
 }
 
-TEST_CASE("if one file cannot be put in its place, all others are restored") {
+TEST_CASE("if one file cannot be moved to its path, all others are restored") {
     const scratch_folder folder;
     put(folder / "b", bytes_of("old"));
     put(folder / "first", bytes_of("older"));
@@ -147,7 +147,7 @@ TEST_CASE("a set removes files left by killed processes, unless leave_abandoned(
     CHECK(folder.file_count() == 1);
 }
 
-TEST_CASE("claim() detects obstacles to an output and leaves nothing behind") {
+TEST_CASE("claim() detects obstacles to an output and leaves no file behind") {
     const scratch_folder folder;
     fs::create_directory(folder / "sub");
     fs::create_symlink("circle", folder / "circle");

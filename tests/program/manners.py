@@ -1,4 +1,5 @@
-"""Tests the command line of photo3d: arguments, messages, and that the program, however it ends, loses no file and leaves no temporary one.
+"""Tests the command line of photo3d: its arguments and messages. Also tests that the program loses no file and leaves no temporary file,
+however it ends.
 
     manners.py PHOTO3D SOURCE_DIR [KILLS]
 
@@ -8,6 +9,7 @@ import base64
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import stat
@@ -66,7 +68,7 @@ class folder_of_files:
         return sorted(set(os.listdir(self.path)) - self.given)
 
     def state(self):
-        """Returns all files of the folder."""
+        """Returns the content of every file in the folder, by path."""
         state = {}
         for folder, folders, names in os.walk(self.path):
             for name in folders + names:
@@ -83,12 +85,15 @@ class folder_of_files:
 
 
 def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how):
-    """made: files that the run must add; None: the run must change nothing."""
+    """Runs the program, and checks its exit code, the words of its message, and its files.
+
+    made: files that exist afterwards in addition to the given ones; None: the run must change nothing.
+    """
     before = folder.state()
     result = folder.run(*arguments, quiet=quiet, **how)
     said = result.stderr.decode(errors="replace")
     check(f"{name}: exit code {result.returncode}", result.returncode == code, said)
-    check(f"{name}: its words", all(word in said for word in words), said)
+    check(f"{name}: the message has the expected words", all(word in said for word in words), said)
     if made is None:
         check(f"{name}: nothing is changed", folder.state() == before)
     else:
@@ -100,13 +105,13 @@ def first_words():
     version = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True)
     check("the version", version.returncode == DONE and version.stdout.startswith("photo3d ") and version.stdout.count(".") == 2)
     help_text = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout
-    options = {word.rstrip(",") for word in help_text.replace(",", " ").split() if word.startswith("--") and len(word) > 2}
+    options = set(re.findall(r"--[a-z][a-z0-9-]+", help_text))
     for kind, lines in (("man", (".TH PHOTO3D 1", ".SH EXIT STATUS")), ("bash", ("complete ",)), ("zsh", ("#compdef photo3d",)), ("fish", ("complete -c photo3d",))):
         text = subprocess.run([PROGRAM, "--generate", kind], capture_output=True, text=True).stdout
         plain = text.replace("\\-", "-").replace(" -l ", " --")
         missing = {name for name in options - {"--generate"} if name not in plain}
         check(f"{kind} names every option: missing {missing}", not missing and len(options) > 20 and all(line in text for line in lines))
-        check(f"{kind} names nothing of the machine that built it", SOURCE not in text and "/build/" not in text)
+        check(f"{kind} contains no path of the machine that built it", SOURCE not in text and "/build/" not in text)
         if kind != "man" and shutil.which(kind):
             check(f"{kind} reads its completions", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
 
@@ -117,11 +122,11 @@ def names():
         check("a photo alone: whole", is_whole_glb(f.read("me.glb")) and b"model/gltf-binary" in f.read("me.html"))
         expect("the same again", f, ["me.png", "--viewer", "viewer.html"], DONE, made=["me.glb", "me.html"])
         f.write("me.html", b"another's page")
-        expect("a page of somebody else's", f, ["me.png", "--viewer", "viewer.html"], USAGE, ["me.html", "--html"])
+        expect("an existing page that the program did not write", f, ["me.png", "--viewer", "viewer.html"], USAGE, ["me.html", "--html"])
     with folder_of_files() as f:
-        result = expect("what was written", f, ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--report", "a.json"], DONE, made=["a.glb", "a.html", "a.json"], quiet=False)
+        result = expect("messages about written files", f, ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--report", "a.json"], DONE, made=["a.glb", "a.html", "a.json"], quiet=False)
         end = result.stdout.decode().rstrip().splitlines()[-3:]
-        check("the last words are the files and what opens them", [line.split()[:2] for line in end] == [["wrote", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
+        check("the last lines name the written files and what opens them", [line.split()[:2] for line in end] == [["wrote", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
         for name in ("a.glb", "a.html", "a.json"):
             os.remove(f / name)
         os.mkdir(f / "photo-3d")
@@ -135,7 +140,7 @@ def names():
         for name in ("a b.html", "a b.glb", "a b.poster.jpg", "photo-3d.js"):
             os.remove(f / name)
         result = expect("no viewer", f, ["me.png", "--viewer", "none.html"], DONE, ["examples/viewer/build.sh"], made=["me.glb"], quiet=False)
-        check("no carriage return where no terminal is", b"\r" not in result.stderr + result.stdout)
+        check("no carriage return without a terminal", b"\r" not in result.stderr + result.stdout)
         for name, arguments, words in (
             ("an empty name", ["me.png", "-o", ""], ["--output"]),
             ("text glTF", ["me.png", "-o", "a.gltf"], ["a.gltf", ".glb"]),
@@ -143,33 +148,34 @@ def names():
             ("a field of view that is no number", ["me.png", "--fov", "nan"], ["--fov"]),
             ("another kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
             ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
-            ("no photo", [], ["PHOTO"]),
-            ("an option that there is not", ["me.png", "--hlep"], ["unknown option --hlep", "--help"]),
-            ("another option that there is not", ["--ouptut=a.glb"], ["unknown option --ouptut", "--output"]),
+            ("no photo", [], ["PHOTO is required", "usage: photo3d"]),
+            ("an unknown word for an option", ["me.png", "--frame", "large"], ["--frame", "expected crop or grow, found large"]),
+            ("an unknown option", ["me.png", "--hlep"], ["unknown option --hlep", "--help"]),
+            ("another unknown option", ["--ouptut=a.glb"], ["unknown option --ouptut", "--output"]),
             ("another kind of model", ["me.png", "-o", "a.obj"], ["a.obj", ".glb"]),
-            ("a model of no kind", ["me.png", "-o", "a"], ["a name that ends in .glb", "found no ending"]),
-            ("a page of text", ["me.png", "--html", "page.txt", "--viewer", "viewer.html"], ["page.txt", ".html"]),
+            ("a model without a file name extension", ["me.png", "-o", "a"], ["a name that ends in .glb", "found no ending"]),
+            ("a page that is named .txt", ["me.png", "--html", "page.txt", "--viewer", "viewer.html"], ["page.txt", ".html"]),
             ("a depth map with losses", ["me.png", "--depth-map", "map.jpg"], ["map.jpg", ".png"]),
-            ("a folder for a photo", ["."], ["a folder", "--batch"]),
-            ("a format that is none", ["me.png", "-o", "a.glb", "--formats", "jpeg,exe"], ["--formats", "jpeg, png", "jpeg,exe"]),
+            ("a folder as a photo", ["."], ["a folder", "--batch"]),
+            ("an unknown format", ["me.png", "-o", "a.glb", "--formats", "jpeg,exe"], ["--formats", "jpeg, png", "jpeg,exe"]),
         ):
             expect(name, f, arguments, USAGE, words)
         expect("a format that is switched off", f, ["me.png", "-o", "a.glb", "--formats", "jpeg,heif"], NEVER, ["me.png", "switched on: jpeg, heif"])
         expect("formats that are switched on", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb", "me.glb"])
         os.remove(f / "b.glb")
-        said = expect("a photo that is not there", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a readable file, found no such file"]).stderr
-        check("a photo that is not there: in our words", b"No such file" not in said, said)
+        said = expect("a missing photo", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a readable file, found no such file"]).stderr
+        check("a missing photo: the system's message is not printed", b"No such file" not in said, said)
         f.write("text.png", b"hello")
         for photo in ("you.png", "text.png"):  # refused before reading the networks, one of which is invalid
             result = subprocess.run([PROGRAM, photo, "--depth", "depth.png", "--inpainting-model", "viewer.html", "-o", "a.glb", "--quiet"], cwd=f.path, capture_output=True, text=True)
-            check(f"{photo} is looked at before weights that are none", result.returncode == NEVER and photo in result.stderr and "viewer.html" not in result.stderr, result.stderr)
+            check(f"{photo} is refused before invalid weights are read", result.returncode == NEVER and photo in result.stderr and "viewer.html" not in result.stderr, result.stderr)
         os.remove(f / "text.png")
-        expect("a folder that is not there", f, ["me.png", "-o", "no/such/a.glb"], NEVER, ["no/such/a.glb"])
-        expect("a folder for a file", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
-        expect("a file for a folder", f, ["me.png", "--stages", "depth.png"], NEVER, ["depth.png"])
+        expect("a missing folder", f, ["me.png", "-o", "no/such/a.glb"], NEVER, ["no/such/a.glb"])
+        expect("a folder as a report", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
+        expect("a file as the folder of stages", f, ["me.png", "--stages", "depth.png"], NEVER, ["depth.png"])
         said = expect("control characters in a name", f, ["a\x1b[31m\nb.png", "-o", "a.glb"], NEVER, ["a\\x1B[31m\\x0Ab.png"]).stderr
-        check("one line is said", said.count(b"\n") == 1 and b"\x1b" not in said)
-        expect("half a degree", f, ["me.png", "--fov", "26.5", "-o", "a.GLB"], DONE, made=["a.GLB", "me.glb"])
+        check("the message is one line", said.count(b"\n") == 1 and b"\x1b" not in said)
+        expect("a field of view with half a degree", f, ["me.png", "--fov", "26.5", "-o", "a.GLB"], DONE, made=["a.GLB", "me.glb"])
     with folder_of_files() as f:
         through = f.run("-", "-o", "-", input=PHOTO)
         check("from standard input to standard output", through.returncode == DONE and is_whole_glb(through.stdout) and not f.made())
@@ -177,7 +183,7 @@ def names():
         check("standard input alone", is_whole_glb(through.stdout) and not f.made())
         with open(f / "me.png", "rb") as photo:
             result = subprocess.run(f.command("-", "-o", "me.png"), cwd=f.path, stdin=photo, capture_output=True)
-        check("the file that standard input is", result.returncode == USAGE and f.read("me.png") == PHOTO)
+        check("an output to the file that is read as standard input", result.returncode == USAGE and f.read("me.png") == PHOTO)
         report = f.run("me.png", "-o", "a.glb", "--report", "-")
         check("a report to standard output", json.loads(report.stdout)["width"] == 60)
         odd = os.fsdecode(b"d\xff.png")
@@ -212,8 +218,8 @@ def start_script():
             result = subprocess.run([copy, photo], capture_output=True, text=True, env={**os.environ, "PATH": os.path.join(top, "tools") + ":" + os.environ["PATH"]})
             check(f"run.sh {photo}", result.returncode == DONE, result.stderr)
             made.append(result.stdout.splitlines()[-1])
-        check(f"photos of one name get files of their own, the same again the same: {made}", len(set(made)) == 3 and made[:3] == made[3:])
-        check("which hold what they should", [open(name).read().strip() for name in made[:3]] == photos)
+        check(f"photos with the same name get different files, and the same photo gets the same files again: {made}", len(set(made)) == 3 and made[:3] == made[3:])
+        check("each of these files belongs to its photo", [open(name).read().strip() for name in made[:3]] == photos)
         check("a folder for run.sh", "--batch" in subprocess.run([copy, top], capture_output=True, text=True).stderr)
 
 
@@ -221,8 +227,8 @@ def key_frames():
     good = '{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2]}'
     with folder_of_files() as f:
         for name, text, words in (
-            ("no JSON", "[" + good + ",\n\n x]", ["line 3", "letter 2"]),
-            ("no list", good, ["no list"]),
+            ("no JSON", "[" + good + ",\n\n x]", ["line 3", "column 2"]),
+            ("no list", good, ["not a list"]),
             ("an empty list", "[]", ["empty list"]),
             ("a number", "[3]", ["key frame 1", "a number"]),
             ("lists in lists", "[" * 500_000 + "]" * 500_000, ["nested"]),
@@ -230,14 +236,14 @@ def key_frames():
             ("no target", '[%s, {"time": 1, "position": [0, 0, 0]}]' % good, ["key frame 2", "target", "none"]),
             ("two numbers", '[{"time": 0, "position": [0, 0], "target": [0, 0, -2]}]', ["position", "three numbers"]),
             ("text for a number", '[{"time": "0", "position": [0, 0, 0], "target": [0, 0, -2]}]', ["time", "a text"]),
-            ("times that fall", "[%s, %s]" % (good, good), ["key frame 2", "increasing times"]),
-            ("no zoom", '[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0}]', ["zoom", "found 0 ("]),
-            ("times that fall by little", '[{"time": 1e-9, "position": [0, 0, 0], "target": [0, 0, -2]}, %s]' % good, ["found 1e-09, then 0 ("]),
-            ("endless numbers", '[{"time": 0, "position": [0, 0, 1e300], "target": [0, 0, -2]}]', ["position"]),
+            ("times that do not increase", "[%s, %s]" % (good, good), ["key frame 2", "increasing times"]),
+            ("a zoom of 0", '[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0}]', ["zoom", "found 0 ("]),
+            ("times that decrease slightly", '[{"time": 1e-9, "position": [0, 0, 0], "target": [0, 0, -2]}, %s]' % good, ["found 1e-09, then 0 ("]),
+            ("numbers too large for floats", '[{"time": 0, "position": [0, 0, 1e300], "target": [0, 0, -2]}]', ["position"]),
         ):
             f.write("keys.json", text.encode())
             said = expect(name, f, ["me.png", "--video", "frames", "--path", "keys.json"], NEVER, ["keys.json", *words]).stderr
-            check(f"{name}: in our words", b"json.exception" not in said and b"[json" not in said)
+            check(f"{name}: the message is not that of the JSON library", b"json.exception" not in said and b"[json" not in said)
 
 
 def outputs_that_are_inputs():
@@ -248,10 +254,10 @@ def outputs_that_are_inputs():
         f.write("keys.json", b'[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2]}]')
         for name in ("me.png", "link.glb", "twin.glb", "../" + os.path.basename(f.path) + "/me.png", "depth.png", "viewer.html"):
             expect(f"-o {name}", f, ["me.png", "-o", name, "--viewer", "viewer.html"], USAGE, ["same file"])
-        expect("a page for the photo", f, ["me.png", "--html", "me.png", "--viewer", "viewer.html"], USAGE, ["same file"])
-        expect("a report for the depth map", f, ["me.png", "-o", "a.glb", "--report", "depth.png"], USAGE, ["same file"])
-        expect("a depth map for the depth map", f, ["me.png", "--depth-map", "depth.png"], USAGE, ["same file"])
-        expect("a report for the path", f, ["me.png", "--video", "v", "--path", "keys.json", "--report", "keys.json"], USAGE, ["same file"])
+        expect("a page over the photo", f, ["me.png", "--html", "me.png", "--viewer", "viewer.html"], USAGE, ["same file"])
+        expect("a report over the depth map", f, ["me.png", "-o", "a.glb", "--report", "depth.png"], USAGE, ["same file"])
+        expect("a depth map over the depth map", f, ["me.png", "--depth-map", "depth.png"], USAGE, ["same file"])
+        expect("a report over the key frames", f, ["me.png", "--video", "v", "--path", "keys.json", "--report", "keys.json"], USAGE, ["same file"])
         expect("one name twice", f, ["me.png", "-o", "a.glb", "--report", "a.glb"], USAGE, ["same file"])
         expect("one file by two names", f, ["me.png", "-o", "dangling.glb", "--report", "absent.glb"], USAGE, ["same file"])
         os.mkdir(f / "frames")
@@ -269,7 +275,7 @@ def what_is_kept():
         for name in ("a.glb", "b.glb", "c.glb"):
             check(f"writes {name}", f.run("me.png", "-o", name).returncode == DONE)
         check("a link is written through", os.path.islink(f / "a.glb") and is_whole_glb(f.read("real/a.glb")))
-        check("other names are kept", os.path.samefile(f / "b.glb", f / "other.glb") and is_whole_glb(f.read("other.glb")))
+        check("hard links are kept", os.path.samefile(f / "b.glb", f / "other.glb") and is_whole_glb(f.read("other.glb")))
         check("permissions are kept", stat.S_IMODE(os.stat(f / "c.glb").st_mode) == 0o640 and is_whole_glb(f.read("c.glb")))
         check(f"nothing else is made: {f.made()}", f.made() == ["a.glb", "b.glb", "c.glb", "other.glb", "real"] and os.listdir(f / "real") == ["a.glb"])
         if os.geteuid() != 0:  # root can write everywhere
@@ -329,23 +335,23 @@ def kills():
             said = process.communicate()[1]
             after_signal.append(process.returncode)
             new = [name for name in names if f.read(name) != b"old"]
-            check(f"kill {i}: {number.name} says nothing", said == b"", said)
-            check(f"kill {i}: {number.name} ends it", process.returncode in (0, -number), str(process.returncode))
-            check(f"kill {i}: photo, depth map and viewer", (f.read("me.png"), f.read("depth.png"), f.read("viewer.html")) == (PHOTO, DEPTH, VIEWER))
-            # A kill leaves an incomplete file only if the file has other names (hard links); its copy is then beside it.
+            check(f"kill {i}: after {number.name}, the program prints nothing", said == b"", said)
+            check(f"kill {i}: {number.name} ends the program", process.returncode in (0, -number), str(process.returncode))
+            check(f"kill {i}: photo, depth map and viewer are unchanged", (f.read("me.png"), f.read("depth.png"), f.read("viewer.html")) == (PHOTO, DEPTH, VIEWER))
+            # A kill may leave a file incomplete only if the file has hard links. A copy then lies beside it, in a folder *.recover.
             kept = [name for name in os.listdir(f.path) if name.endswith(".recover")]
-            check(f"kill {i}: {number.name} leaves whole files", all(is_whole(name, f.read(name)) for name in new if not (kept and name == "a.json")))
+            check(f"kill {i}: {number.name} leaves complete files", all(is_whole(name, f.read(name)) for name in new if not (kept and name == "a.json")))
             if number != signal.SIGKILL:
-                check(f"kill {i}: all or none, {new}", len(new) in (0, len(names)))
-                check(f"kill {i}: frames as well", os.path.isdir(f / "frames") == bool(new))
+                check(f"kill {i}: all files are new or none is, {new}", len(new) in (0, len(names)))
+                check(f"kill {i}: frames exist if the other files are new", os.path.isdir(f / "frames") == bool(new))
                 check(f"kill {i}: leaves {f.made()}", set(f.made()) == {*names, "twin.json"} | ({"frames"} if new else set()))
             else:
                 for name in kept:
                     shutil.rmtree(f / name)
-                check(f"kill {i}: the next run", f.run("me.png", *ALL).returncode == DONE)
+                check(f"kill {i}: the next run succeeds", f.run("me.png", *ALL).returncode == DONE)
                 check(f"kill {i}: after the next run {f.made()}", set(f.made()) == {*names, "twin.json", "frames"})
                 check(f"kill {i}: frames after the next run", sorted(os.listdir(f / "frames")) == [f"frame_0000{k}.png" for k in range(1, 6)])
-            check(f"kill {i}: other names", os.path.samefile(f / "a.json", f / "twin.json"))
+            check(f"kill {i}: hard links are kept", os.path.samefile(f / "a.json", f / "twin.json"))
             shutil.rmtree(f / "frames", ignore_errors=True)
         early = sum(code != 0 for code in after_signal)
         print(f"{KILLS} kills at random times of {duration:.2f} s: {early} before the end")
@@ -372,10 +378,10 @@ def many_at_once():
         said = [process.communicate()[1] for process in processes]
         check(f"eight at once: {[p.returncode for p in processes]} {said}", all(p.returncode == DONE for p in processes))
         check(f"eight at once leave {f.made()}", f.made() == ["a.glb", "a.html"] and is_whole_glb(f.read("a.glb")))
-        check("eight at once: the page has the GLB beside it", base64.b64encode(f.read("a.glb")) in f.read("a.html"))
+        check("eight at once: page and GLB are from the same run", base64.b64encode(f.read("a.glb")) in f.read("a.html"))
     with folder_of_files() as f:
         ignoring = subprocess.run(["sh", "-c", 'trap "" TERM; "$@" & sleep 0.03; kill -TERM $!; wait $!', "sh", *f.command("me.png", "-o", "a.glb")], cwd=f.path, capture_output=True)
-        check(f"a signal that is ignored from the start: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])
+        check(f"a signal that is ignored when the program starts stays ignored: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])
 
 
 for part in (first_words, names, start_script, key_frames, outputs_that_are_inputs, what_is_kept, kills, kill_with_video, many_at_once):

@@ -44,10 +44,10 @@ def check_written_files(folder):
 
     plain = write("plain.glb")
     extras = content(plain)["scenes"][0]["extras"]
-    check(f"a GLB file says what it was made of: {extras}", extras.get("source") == "li\"nes.png" and extras.keys() >= {"motion", "nearest", "farthest", "focal_length_35mm"})
+    check(f"a GLB file names its source and states motion, depth range and focal length: {extras}", extras.get("source") == "li\"nes.png" and extras.keys() >= {"motion", "nearest", "farthest", "focal_length_35mm"})
     cropped = content(write("cropped.glb", "--frame", "crop"))
-    check("a GLB file says whether surfaces go on past the frame", extras.get("past_frame") is True and "past_frame" not in cropped["scenes"][0]["extras"])
-    check("its camera is the photo's, with each frame", cropped["cameras"] == content(plain)["cameras"])
+    check("a GLB file states whether surfaces continue past the frame", extras.get("past_frame") is True and "past_frame" not in cropped["scenes"][0]["extras"])
+    check("the camera of a GLB file is the same with each frame", cropped["cameras"] == content(plain)["cameras"])
     paper = content(write("paper.glb", "--preset", "paper"))["scenes"][0]["extras"]
     check("with the paper's preset, surfaces end at the border", "past_frame" not in paper and paper["motion"] <= extras["motion"])
     run("a preset that is not known", [photo, *depth, "--preset", "papers"], ["--preset", "paper"])
@@ -58,26 +58,26 @@ def check_written_files(folder):
     else:
         json_of = content(compressed)
         check("a compressed GLB file", is_whole_glb(compressed) and {"EXT_meshopt_compression", "EXT_texture_webp"} <= set(json_of["extensionsRequired"]))
-        check("what a compressed GLB file says", json_of["scenes"] == content(plain)["scenes"] and json_of["cameras"] == content(plain)["cameras"])
+        check("a compressed GLB file has the same scene and camera", json_of["scenes"] == content(plain)["scenes"] and json_of["cameras"] == content(plain)["cameras"])
         check("a compressed GLB file with a JPEG", "EXT_texture_webp" not in content(write("jpeg.glb", "--compress", "--compressed-texture", "jpeg"))["extensionsUsed"])
         both = content(write("both.glb", "--compress", "--compressed-texture", "both"))
-        check("a compressed GLB file with both", [image["mimeType"] for image in both["images"]] == ["image/jpeg", "image/webp"])
-    run("a texture of a file that is not compressed", [photo, *depth, "--compressed-texture", "jpeg"], ["--compress"])
+        check("a compressed GLB file with both textures", [image["mimeType"] for image in both["images"]] == ["image/jpeg", "image/webp"])
+    run("--compressed-texture without --compress", [photo, *depth, "--compressed-texture", "jpeg"], ["--compress"])
 
     rows = pixels(write("pair.png"))
 
     def middle(color, first, last):
-        """Returns the pixels of that color in a row, between these columns."""
+        """Returns the mean column of the pixels of a color in row 100, between two columns, relative to the first one."""
         seen = [x for x in range(first, last) if rows[100][3 * x + color] > rows[100][3 * x + 1 - color] + 60]
         return sum(seen) / max(len(seen), 1) - first
 
     check("two pictures side by side", len(rows) == 200 and len(rows[0]) == 3 * 600)
     far, near = (middle(color, 300, 600) - middle(color, 0, 300) for color in (0, 1))
-    check(f"what is near stands in the window, what is far behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
+    check(f"the nearest surface has no parallax between both pictures, the farthest lies behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
     place = middle(1, 0, 300)
     check(f"the window is as large as the photo: {place}", abs(place - 221.5) < 1)
     rows = pixels(write("cropped_pair.png", "--frame", "crop"))
-    check(f"a cropped one is smaller: {middle(1, 0, 300)}", middle(1, 0, 300) > place + 1)
+    check(f"with a cropped frame, the window is smaller: {middle(1, 0, 300)}", middle(1, 0, 300) > place + 1)
     jps = write("pair.JPS")
     check("a JPS file", jps[:4] == b"\xff\xd8\xff\xe0" and b"\xff\xe3\0\x12_JPSJPS_\0\4\0\0\2\1\0\0" in jps)
     mpo = write("pair.mpo")
@@ -109,7 +109,7 @@ def jpeg_size(data):
 
 def check_full_size(folder):
     """Tests a photo with a texture larger than its working size in every output format at once, and the memory for 12 megapixels."""
-    # Far on the left, near on the right, with lines of 2 pixels' width, which vanish at the working size, a twentieth of the photo's.
+    # The left half is far, the right half near. Lines two pixels wide vanish at the working size, a twentieth of the photo's.
     lines = bytes(v for x in range(4400) for v in ((250, 0, 0) if x in (1200, 1201) else (0, 250, 0) if x in (3000, 3001) else (90, 90, 90)))
     photo = file(folder, "wide.png", png(4400, 800, 3, lambda y: lines))
     depth = ["--depth", file(folder, "wide_depth.png", png(440, 80, 1, lambda y: bytes(40 if x < 220 else 200 for x in range(440))))]
@@ -129,38 +129,38 @@ def check_full_size(folder):
     views = [content["bufferViews"][image["bufferView"]] for image in content["images"]]
     sizes = [jpeg_size(binary[v["byteOffset"] :]) for v in views]
     check(f"its GLB file has several textures of at most 4096 texels a side: {sizes}", is_whole_glb(glb) and len(sizes) >= 2 and max(max(s) for s in sizes) <= 4096)
-    check("which show at least as much as the photo has", sum(w * h for w, h in sizes) > 4400 * 800)
+    check("its textures have at least as many texels as the photo has pixels", sum(w * h for w, h in sizes) > 4400 * 800)
     report = json.load(open(path("wide.json")))
     check(f"its report: {report}", (report["width"], report["texture_width"], report["texture_height"]) == (220, 4400, 800) and report["textures"] >= len(sizes))
     pair = pixels(open(path("wide.png"), "rb").read())
     check(f"its stereo picture is as large: {len(pair[0]) / 3} x {len(pair)}", len(pair) == 800 and len(pair[0]) == 3 * 8800)
     is_line = lambda row, x, color: row[3 * x + color] > 150 and row[3 * x + 1 - color] < 90
-    check("and shows the lines", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
+    check("its stereo picture shows the lines", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
     frame = open(os.path.join(path("frames"), "frame_00001.png"), "rb").read()
-    check("frames of a video are as large as asked", struct.unpack(">II", frame[16:24]) == (2200, 400))
+    check("frames of a video have the requested size", struct.unpack(">II", frame[16:24]) == (2200, 400))
     with zipfile.ZipFile(path("wide.usdz")) as usdz:
         scene, textures = usdz.read("photo.usda").decode(), [n for n in usdz.namelist() if n.endswith(".jpg")]
         check(f"its USDZ file has a mesh for each texture: {textures}", usdz.testzip() is None and len(textures) >= 2 and scene.count("def Mesh") == len(textures) and all(f"@{t}@" in scene for t in textures))
     shutil.copy(os.path.join(folder, "wide_depth.png"), os.path.join(path("frames"), "wide.png"))
     batch = subprocess.run([PROGRAM, "--batch", photo, "-o", out, "--depth", path("frames"), *large], capture_output=True, text=True, env=WITHOUT_MODELS)
-    check(f"in a batch it has the same bytes: {batch.stdout}", batch.returncode == 0 and open(path("wide.glb"), "rb").read() == glb)
+    check(f"a batch writes the same GLB file: {batch.stdout}", batch.returncode == 0 and open(path("wide.glb"), "rb").read() == glb)
     if subprocess.run([PROGRAM, photo, *depth, *large, "--compress", "-o", path("compressed.glb")], capture_output=True, env=WITHOUT_MODELS).returncode == 0:
         compressed = open(path("compressed.glb"), "rb").read()
         packed = json.loads(compressed[20 : 20 + struct.unpack("<I", compressed[12:16])[0]])
-        check("compressed it has as many textures, as WebP", is_whole_glb(compressed) and [i["mimeType"] for i in packed["images"]] == ["image/webp"] * len(sizes))
+        check("its compressed GLB file has as many textures, in WebP", is_whole_glb(compressed) and [i["mimeType"] for i in packed["images"]] == ["image/webp"] * len(sizes))
     else:
         print("skipped a compressed file of several textures: the program was built without meshoptimizer or libwebp")
-    run("a word that is no size", [photo, *depth, "--size", "whole"], ["--size", "full or a number"])
+    run("a size that is neither a number nor full", [photo, *depth, "--size", "whole"], ["--size", "full or a number"])
 
     program = open(PROGRAM, "rb").read()
     if b"AddressSanitizer" in program or b"ThreadSanitizer" in program:
-        print("skipped the memory that 12 megapixels take: sanitizers take memory of their own")
+        print("skipped the memory for 12 megapixels: sanitizers need additional memory")
         return
     photo = file(folder, "large.png", png(4000, 3000, 3, lambda y: bytes((x // 2 + y // 3 + 20 * (x // 40 + y // 40 & 1)) % 256 for x in range(4000) for _ in range(3)) if y % 40 == 0 else lines[:12000]))
     step = file(folder, "large_depth.png", png(400, 300, 1, lambda y: bytes(220 if 120 < x < 280 and y > 90 else 30 for x in range(400))))
     subprocess.run([PROGRAM, photo, "--depth", step, "--size", "full", "-o", path("large.glb"), "--report", path("large.json"), "--quiet"], env=WITHOUT_MODELS)
     report = json.load(open(path("large.json")))
-    check(f"12 megapixels take at most 24 bytes per pixel: {report['peak_memory_bytes'] / 12e6}", report["texture_width"] == 4000 and report["peak_memory_bytes"] <= 24 * 12e6)
+    check(f"12 megapixels need at most 24 bytes per pixel: {report['peak_memory_bytes'] / 12e6}", report["texture_width"] == 4000 and report["peak_memory_bytes"] <= 24 * 12e6)
 
 
 def is_written(data):
@@ -173,7 +173,7 @@ def npy(width, height, value):
 
 
 def run(name, arguments, expect=None, environment=None, program=PROGRAM):
-    """expect: words in the message; None if the run must succeed."""
+    """Runs the program, and checks that it refuses its input with a message that contains the words of `expect`; None: that it succeeds."""
     global passed, failed
     with tempfile.TemporaryDirectory() as folder:
         output = os.path.join(folder, "out.glb")
@@ -201,7 +201,7 @@ def check(name, is_good):
 
 
 def check_report(name, arguments, expect, environment=None, program=PROGRAM):
-    """expect: entries that the report of a successful run must contain."""
+    """Runs the program, and checks that the run succeeds and that its report contains the entries of `expect`."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "report.json")
         run(name, [*arguments, "--report", path], None, environment, program)
@@ -210,7 +210,7 @@ def check_report(name, arguments, expect, environment=None, program=PROGRAM):
 
 
 def check_notes(folder, small, small_depth):
-    """A run prints unusual properties of a photo; its report and its line in a batch have the same sentences."""
+    """Tests that the program prints unusual properties of a photo, and that its report and its line in a batch contain the same sentences."""
     random, width, height = Random(3), 384, 288
     photo = file(folder, "noted.png", png(width, height))
     maps = {"noise": lambda y: bytes(random.randrange(256) for _ in range(width)), "stairs": lambda y: bytes(20 + 18 * (x // 6 % 12) for x in range(width))}
@@ -271,29 +271,29 @@ def main():
         companion = shutil.copy(small_depth, os.path.join(folder, "pair_depth.png"))
         check_report("a depth map beside the photo", [with_companion], {"depth": companion})
         network = os.path.join(models["LDI_MODELS"], MODELS["depth"])
-        check_report("the network in spite of a depth map beside", [with_companion, "--depth", "none"], {"depth": network}, models)
-        check_report("a network that is named goes before a depth map beside", [with_companion, "--depth-model", network], {"depth": network})
+        check_report("--depth none selects the network despite a depth map beside the photo", [with_companion, "--depth", "none"], {"depth": network}, models)
+        check_report("--depth-model has priority over a depth map beside the photo", [with_companion, "--depth-model", network], {"depth": network})
         run("no source of depth", [small], ["--depth FILE", "tiefenrausch_small.safetensors"], program=shutil.copy(PROGRAM, folder))
         file(folder, "odd_depth.png", png(30, 30, 1))
         said = subprocess.run([PROGRAM, shutil.copy(small, os.path.join(folder, "odd.png")), "-o", os.path.join(folder, "odd.glb")], capture_output=True, text=True, env=models)
-        check(f"a depth map beside that does not fit: {said.stderr}", said.returncode == 0 and "odd_depth.png" in said.stderr and "proportions" in said.stderr)
+        check(f"a depth map beside the photo with other proportions is not used: {said.stderr}", said.returncode == 0 and "odd_depth.png" in said.stderr and "proportions" in said.stderr)
         run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
         run("a depth map that is nowhere valid", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
         run("a depth map cut off", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
         run("a folder that can't be written", [small, *depth, "--report", os.path.join(folder, "no/such/folder.json")], ["no/such", "expected"])
-        run("a senseless size", [small, *depth, "--size", "0"], ["--size"])
+        run("a size of 0", [small, *depth, "--size", "0"], ["--size"])
         run("no texture and no grain", [small, *depth, "--texture", "0", "--grain", "0"])
-        run("senseless texture", [small, *depth, "--texture", "-1"], ["--texture"])
-        run("senseless grain", [small, *depth, "--grain", "-1"], ["--grain"])
+        run("a negative strength of texture", [small, *depth, "--texture", "-1"], ["--texture"])
+        run("a negative strength of grain", [small, *depth, "--grain", "-1"], ["--grain"])
         run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
         weights = os.path.join(SOURCE, "tests/networks/files/farbrausch_weights.safetensors")
         run("inpainting by a network", [small, *depth, "--inpainting-model", weights])
-        run("inpainting by the full-size network's kind", [small, *depth, "--inpainting-model", os.path.join(SOURCE, "tests/networks/files/partial_convolution_weights.safetensors")])
-        run("bytes without ranges", [small, *depth, "--inpainting-model", weights, "--arithmetic", "int8"], ["int8", "export.py"])
+        run("inpainting by a PartialConv network", [small, *depth, "--inpainting-model", os.path.join(SOURCE, "tests/networks/files/partial_convolution_weights.safetensors")])
+        run("8-bit arithmetic without ranges in the weights", [small, *depth, "--inpainting-model", weights, "--arithmetic", "int8"], ["int8", "export.py"])
         run("an unknown arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "int8"])
-        run("a network that is not to be used", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"])
+        run("an inpainting network that --inpaint diffusion ignores", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"])
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
-        run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
+        run("a photo as an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
         decider = os.path.join(SOURCE, "examples/models/silhouettes.safetensors")
         check_report("silhouettes by a network", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
@@ -315,15 +315,15 @@ def main():
         run("a program without its data", [small], ["--depth-model", "tiefenrausch_small.safetensors", "share/ldi/models"], program=moved)
         check_report("a program without its data: depth given", [small, *depth], {"depth": small_depth, "silhouettes": "alignment", "inpainting": "diffusion"}, program=moved)
         run("a network that is not found", [small, *depth, "--inpaint", "network"], ["--inpainting-model", "farbrausch.safetensors", "share/ldi/models"], program=moved)
-        check_report("weights found by the environment", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
-        run("weights in no folder", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})
+        check_report("weights found through LDI_MODELS", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
+        run("LDI_MODELS names a missing folder", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})
         share = os.path.join(folder, "share/ldi/models")
         shutil.copytree(models, share)
         check_report("weights found beside the program", [small], {name: os.path.join(share, file) for name, file in MODELS.items()}, program=moved)
-        check_report("one of two by the environment", [small], {"depth": os.path.join(share, MODELS["depth"]), "inpainting": os.path.join(other, MODELS["inpainting"])}, {"LDI_MODELS": other}, moved)
-        check_report("an option against the environment", [small, "--depth-model", student, "--inpaint", "diffusion"], {"depth": student, "inpainting": "diffusion"}, both)
+        check_report("one of two weight files found through LDI_MODELS", [small], {"depth": os.path.join(share, MODELS["depth"]), "inpainting": os.path.join(other, MODELS["inpainting"])}, {"LDI_MODELS": other}, moved)
+        check_report("an option has priority over LDI_MODELS", [small, "--depth-model", student, "--inpaint", "diffusion"], {"depth": student, "inpainting": "diffusion"}, both)
         help_text = subprocess.run([moved, "--help"], capture_output=True, text=True).stdout
-        check("the help says where weights are looked for", "LDI_MODELS" in help_text and share in help_text)
+        check("the help names the places that are searched for weights", "LDI_MODELS" in help_text and share in help_text)
 
         # A page for a browser; tests/viewer opens it in real browsers.
         viewer = file(folder, "viewer.html", b"1<title>3D photo</title>2<!-- the photo goes here -->3")
@@ -333,7 +333,7 @@ def main():
         parts = re.fullmatch(r'1<title>(.*)</title>2<photo-3d .*width="60" height="80">\s*<img .*base64,([^"]*)">\s*</photo-3d>\s*<script .*>([^<]*)</script>3\s*', text)
         check("the parts of a page", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
         run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
-        run("a viewer that is none", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
+        run("a file that is no viewer", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
         run("a page that can't be written", [small, *depth, "--html", os.path.join(folder, "no/such/page.html"), "--viewer", viewer], ["no/such", "expected"])
 
         check_written_files(folder)
@@ -341,21 +341,21 @@ def main():
 
         # Videos.
         frames, depth_map = os.path.join(folder, "frames"), os.path.join(folder, "map.png")
-        # a checkerboard of five pixels' width, so that all frames differ
+        # A checkerboard with squares five pixels wide, so that all frames differ.
         checks = file(folder, "checks.png", png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3))))
         video = [checks, *depth, "--fps", "4", "--seconds", "1", "--video"]
         run("frames of a circle, for two eyes", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])
-        run("its depth map, read again", [small, "--depth", depth_map, "--depth-zero-is-unknown"])
+        run("the written depth map, read again", [small, "--depth", depth_map, "--depth-zero-is-unknown"])
         run("a video without ffmpeg", [*video, os.path.join(folder, "a.mp4")], ["a.mp4", "ffmpeg", "PNG"], {"PATH": folder})
         run("a path that is not known", [*video, frames, "--path", "spiral"], ["spiral", "expected", "found"])
         keys = '[{"time": %d, "position": [0, 0, 0], "target": [0, 0, -2]}, {"time": 1, "position": [0.1, 0, 0], "target": [0, 0, -2], "zoom": 1.2}]'
-        run("a path of one's own", [*video, frames, "--path", file(folder, "keys.json", (keys % 0).encode())])
+        run("a custom path", [*video, frames, "--path", file(folder, "keys.json", (keys % 0).encode())])
         wide = json.dumps([{"time": t, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0.3} for t in (0, 1)])
         far_frames = os.path.join(folder, "far_frames")
         run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
-        check(f"the photo continues past its border: {darkest}", darkest > 40)  # the checks are 60 and 180
-        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
+        check(f"seen from afar, surfaces continue past the photo's border: {darkest}", darkest > 40)  # the checks are 60 and 180
+        run("key frames in the wrong order", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
         run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):
             for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):
@@ -363,10 +363,10 @@ def main():
             run("a video that can't be written", [*video, os.path.join(folder, "no/such/a.mp4")], ["no/such", "expected"])
             for name, mark in (("a.mp4", b"moov"), ("a.webp", b"ANMF"), ("a.gif", b"NETSCAPE2.0"), ("$(touch x) '.mp4", b"moov")):
                 check(f"{name} is a moving picture", mark in open(os.path.join(folder, name), "rb").read())
-            check("nothing unfinished is left", not [name for name in os.listdir(folder) if name.endswith(".part")])
+            check("no unfinished video is left", not [name for name in os.listdir(folder) if name.endswith(".part")])
         else:
             print("skipped videos: there is no ffmpeg")
-        check("there are as many frames as there should be", len(os.listdir(frames)) == 4)
+        check("a video of one second at 4 frames per second has 4 frames", len(os.listdir(frames)) == 4)
 
         model = os.path.join(SHARED, "tiefenrausch/model")
         if os.path.isdir(model):

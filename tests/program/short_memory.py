@@ -84,11 +84,11 @@ def one_by_one(folder, least):
             if result.returncode == DONE:
                 break
     print("exit codes:", codes)
-    check("some runs had too little", codes.get(TRY_AGAIN, 0) > 50 and codes.get(DONE, 0) > 5)
+    check("some runs fail for lack of memory, and some succeed", codes.get(TRY_AGAIN, 0) > 50 and codes.get(DONE, 0) > 5)
 
 
 def a_batch(folder, least):
-    """A large photo among small ones: the small ones are converted, the large one may succeed later."""
+    """Converts a large photo among small ones: the small ones must be converted, and the large one must be marked to be tried again."""
     with open(os.path.join(folder, "large.png"), "wb") as out:
         out.write(png(5000, 4000, 3))
     for name in ("a", "b", "c"):
@@ -100,16 +100,16 @@ def a_batch(folder, least):
     result = run(folder, least + 90, "--batch", "a.png", "large.png", "b.png", "c.png", "--depth", "maps", "--inpaint", "diffusion", "--threads", "1", "-o", "batch")
     lines = {line["photo"]: line for line in map(json.loads, result.stdout.splitlines())}
     check(f"a batch: exit code {result.returncode}", result.returncode == TRY_AGAIN, result.stderr)
-    check("a batch: the small photos", all("outputs" in lines.get(name + ".png", {}) for name in ("a", "b", "c")), lines)
-    check("a batch: the large one", lines.get("large.png", {}).get("error", {}).get("try_again") is True, lines)
-    check("a batch: its files", all(is_whole_glb(open(os.path.join(folder, "batch", name + ".glb"), "rb").read()) for name in ("a", "b", "c")))
+    check("a batch: the small photos are converted", all("outputs" in lines.get(name + ".png", {}) for name in ("a", "b", "c")), lines)
+    check("a batch: the large photo is to be tried again", lines.get("large.png", {}).get("error", {}).get("try_again") is True, lines)
+    check("a batch: its GLB files are complete", all(is_whole_glb(open(os.path.join(folder, "batch", name + ".glb"), "rb").read()) for name in ("a", "b", "c")))
 
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
         least = least_memory(folder)
         if least is None:
-            print("skipped: the program itself takes more (sanitizers)")
+            print("skipped: the program needs more memory to start (sanitizers)")
             return 0
         with open(os.path.join(folder, "depth.png"), "wb") as out:
             out.write(png(300, 400, 1, lambda y: bytes(40 if x < 150 else 200 for x in range(300))))

@@ -121,7 +121,7 @@ def test_photo_that_repeats_one_row(entry, tmp_path):
 def test_depth_of_wrong_type(entry, kind):
     name, call = TAKES_DEPTH[entry]
     if kind == "None" and "function" not in entry:
-        pytest.skip("None asks for the network")
+        pytest.skip("None requests the network")
     with pytest.raises(TypeError) as raised:
         call(WRONG_TYPES[kind](DEPTH))
     check_message(raised, name + ": ", "real numbers")
@@ -352,7 +352,7 @@ def test_stages_refuse_other_values(stage, value):
 
 
 @pytest.mark.parametrize("call", [lambda: ldi.expand(LAYERS), lambda: ldi.inpaint(LAYER), lambda: ldi.make_charts(LAYER)])
-def test_stages_come_in_their_order(call):
+def test_stages_in_the_wrong_order_are_refused(call):
     with pytest.raises(TypeError) as raised:
         call()
     check_message(raised)
@@ -366,7 +366,7 @@ def test_stages_come_in_their_order(call):
     lambda other: ldi.Photo3D(other.layers, MADE.charts, MADE.atlas, MADE.mesh),
     lambda other: ldi.Photo3D(MADE.layers, MADE.charts, MADE.atlas, other.mesh),
 ])
-def test_parts_of_different_photos_do_not_go_together(call):
+def test_parts_of_different_photos_are_refused_together(call):
     with pytest.raises(ldi.InputError) as raised:
         call(ldi.photo3d(*scene(40, 64), inpaint="diffusion"))
     check_message(raised, "one result of expand()")
@@ -431,7 +431,7 @@ def test_paths_that_lead_nowhere(entry, files):
 
 
 @pytest.mark.parametrize("entry", [e for e in READS] + ["write_png"])
-def test_what_is_no_path(entry, tmp_path):
+def test_values_that_are_no_paths_are_refused(entry, tmp_path):
     call = READS.get(entry, lambda path: ldi.write_png(path, PHOTO))
     for path in (3.5, ["photo.jpg"], object()) + (() if entry.endswith("network") else (None,)):
         with pytest.raises(TypeError) as raised:

@@ -40,7 +40,7 @@ WAYS = {
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("failure", [Unusual(1, 2), LookupError("none"), KeyboardInterrupt(), SystemExit(3), MemoryError(), StopIteration(), ldi.InputError("a", "b", "c", "d"), OSError(5, "five")], ids=lambda f: type(f).__name__)
-def test_exceptions_come_out_as_they_went_in(way, failure):
+def test_exceptions_reach_the_caller_unchanged(way, failure):
     def fail(_):
         raise failure
 
@@ -86,14 +86,14 @@ def test_every_kind_of_function(way):
     WAYS[way](Callable().__call__)
 
 
-def test_an_estimator_gives_what_its_map_gives():
+def test_an_estimator_gives_the_same_result_as_its_map():
     assert estimated(lambda photo: DEPTH).glb() == estimated(DEPTH).glb()
     far = np.where(DEPTH > 0.5, 1.0, 4.0)
     by_function = ldi.photo3d(PHOTO, lambda photo: far, depth_kind="meters", inpaint="diffusion")
     assert by_function.glb() == ldi.photo3d(PHOTO, far, depth_kind="meters", inpaint="diffusion").glb()
 
 
-def test_an_estimator_sees_the_photo_that_the_caller_has():
+def test_an_estimator_receives_the_photo_of_the_caller():
     large = np.zeros((200, 300, 3), np.uint8)
     large[50:146, 60:188] = PHOTO
     seen = []
@@ -108,7 +108,7 @@ def test_a_network_is_an_estimator():
     assert disparity.dtype == np.float32 and disparity.ndim == 2 and disparity.min() > 0 and disparity.flags.writeable
 
 
-def test_an_inpainter_gives_what_the_network_gives():
+def test_an_inpainter_that_calls_the_network_gives_its_result():
     network = ldi.inpainting_network()
     assert inpainted(lambda layers: network(layers)).glb() == inpainted("network").glb() == inpainted(network).glb()
 
@@ -121,7 +121,7 @@ def test_an_inpainter_sets_unknown_colors_only():
     assert not (layers.color[layers.known == 1] == (10, 20, 30)).all(axis=1).any()
 
 
-def test_an_inpainter_sees_layers_that_stay_as_they_are():
+def test_layers_passed_to_an_inpainter_stay_unchanged():
     kept = []
 
     def keep(layers):
@@ -137,7 +137,7 @@ def test_an_inpainter_sees_layers_that_stay_as_they_are():
     assert (color == before)[known == 1].all() and len(layers.x) == len(before)
 
 
-def test_layers_of_an_inpainter_go_no_further_than_charts():
+def test_layers_passed_to_an_inpainter_can_be_charted_but_not_inpainted():
     def use(layers):
         assert len(ldi.make_charts(layers)) > 0
         with pytest.raises(ldi.InputError, match="inpainter was called with"):
@@ -204,7 +204,7 @@ def large():
 
 @pytest.mark.parametrize("call", CALLS)
 def test_other_threads_run_meanwhile(call, large):
-    """The interpreter does not switch threads here, so another thread runs only while the library has released the lock."""
+    """Switching of threads is off, so another thread runs only while the library has released the interpreter's lock."""
     is_done, runs = threading.Event(), []
 
     def run():
@@ -217,7 +217,7 @@ def test_other_threads_run_meanwhile(call, large):
     other.start()
     try:
         sys.setswitchinterval(1e6)
-        time.sleep(0.01)  # the other thread detects it
+        time.sleep(0.01)  # gives the other thread time to read the new interval
         before = len(runs)
         for _ in range(20):  # on a busy machine, the other thread may not run during the first call
             CALLS[call](*large)

@@ -82,7 +82,7 @@ def test_render():
     assert (MADE.render(samples=1, threads=1) != from_photo).any()
 
 
-def test_pictures_come_back(tmp_path):
+def test_pictures_are_written_and_read_without_loss(tmp_path):
     for picture in (MADE.photo, MADE.photo[:, :, 1]):
         ldi.write_png(tmp_path / "picture.png", picture)
         assert (ldi.read_photo(tmp_path / "picture.png") == picture.reshape(96, 128, -1)).all()

@@ -42,7 +42,7 @@ def results():
 
 @pytest.mark.parametrize("depth", [None, DEPTH, DEPTH[::4, ::4], lambda photo: DEPTH], ids=["network", "map", "coarse map", "function"])
 @pytest.mark.parametrize("inpaint", ["network", "diffusion", lambda layers: 255 - layers.color], ids=["network", "diffusion", "function"])
-def test_stages_make_what_photo3d_makes(depth, inpaint):
+def test_stages_give_the_same_result_as_photo3d(depth, inpaint):
     assert stages(PHOTO, depth, inpaint).glb() == ldi.photo3d(PHOTO, depth, inpaint=inpaint).glb()
 
 
@@ -55,7 +55,7 @@ def test_options_of_stages_are_those_of_photo3d():
     assert whole.width == 100 and len(layers) > len(ldi.expand(ldi.lift(depth), 0.05))
 
 
-def test_layers_go_on_past_the_frame_once_or_not_at_all(made):
+def test_layers_grow_past_the_frame_at_most_once(made):
     cropped = ldi.photo3d(PHOTO, DEPTH, frame="crop").layers
     assert cropped.margin == 0 and cropped.width == made.layers.width == PHOTO.shape[1]
     margin = made.layers.margin
@@ -66,7 +66,7 @@ def test_layers_go_on_past_the_frame_once_or_not_at_all(made):
         ldi.grow_past_frame(made.layers)
 
 
-def test_stages_leave_what_they_take(made):
+def test_stages_do_not_change_their_arguments(made):
     parts = [made.depth, ldi.lift(made.depth), made.layers, made.charts, made.atlas]
     before = [[getattr(part, name).copy() for name in ARRAYS[type(part)]] for part in parts]
     ldi.expand(parts[1])
@@ -146,7 +146,7 @@ def test_a_layer_is_the_photo(made):
     assert (layer.disparity.reshape(96, 128) == made.disparity).all() and len(layer.curves) == len(made.curves)
 
 
-def test_meters_have_a_unit():
+def test_depth_in_meters_stays_in_meters():
     meters = 1 / DEPTH
     meters[:4], meters[-4:] = np.nan, np.inf
     meters[4:6] = -1
@@ -160,6 +160,6 @@ def test_depth_by_the_network():
 
 
 def test_zero_disparity_is_far_away():
-    """The sky in maps of 1 / distance, which is not an unknown value."""
+    """In maps of 1 / distance, 0 is a sky, not an unknown value."""
     depth = ldi.clean_depth(PHOTO, np.where(DEPTH > 0.5, 1.0, 0.0), depth_is_inverse=True)
     assert depth.disparity.min() == 0 and depth.disparity.max() == 1 and depth.z_far > 10 * depth.z_near

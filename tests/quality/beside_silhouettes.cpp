@@ -1,4 +1,4 @@
-// The measures of what is wrong beside silhouettes, on scenes so simple that the right figures are known.
+// Tests the measures of faults beside silhouettes, on scenes so simple that the right figures are known.
 #include <bench/quality/beside_silhouettes.hpp>
 
 #include "tests/support/lifted_scene.hpp"
@@ -11,7 +11,8 @@
 
 namespace {
 
-/// A wall at 0.1 on the right of a front at 0.9, and a strip of that width between or, with `on_wall`, inside the wall.
+/// Counts the islands of a scene: a front at 0.9 on the left, a wall at 0.1 on the right, and a strip of disparity `strip`
+/// between them or, with `on_wall`, inside the wall.
 std::size_t islands_of(std::size_t width, float strip, bool on_wall) {
     ldi::image<float> map(240, 1152);
     const std::size_t first = on_wall ? 700 : 400;
@@ -27,8 +28,8 @@ std::size_t islands_of(std::size_t width, float strip, bool on_wall) {
 
 TEST_CASE("an island is a narrow surface between a nearer and a farther one") {
     CHECK(islands_of(6, 0.5F, false) == 1);
-    CHECK(islands_of(30, 0.5F, false) == 0);  // wide
-    CHECK(islands_of(6, 0.5F, true) == 0);    // in front of the wall alone
+    CHECK(islands_of(30, 0.5F, false) == 0);  // too wide
+    CHECK(islands_of(6, 0.5F, true) == 0);    // the wall is on both sides of it
     CHECK(islands_of(6, 0.1F, false) == 0);
 }
 
@@ -42,7 +43,7 @@ TEST_CASE("a color beside a silhouette counts as fitting neither surface only if
         }
     for (std::size_t c = 0; c < 3; ++c) {
         photo(20, 36, c) = 100;              // gray
-        photo(10, 41, c) = c < 2 ? 100 : 0;  // half of either
+        photo(10, 41, c) = c < 2 ? 100 : 0;  // an equal mixture of both
     }
     const ldi::photo_layer layer = ldi::lift(photo, map);
     const ldi_quality::mask result = ldi_quality::detail::fits_neither(layer);

@@ -1,5 +1,5 @@
-// No holes: the guarantee of expand() and the mesh for all positions that the camera may reach, tested with scenes whose curves
-// end and meet, with random maps, and with photographs.
+// Tests a guarantee of expand() and the mesh: from all positions that the camera may reach, it sees no holes. Uses scenes whose
+// curves end and meet, and random maps; holes_in_photographs.cpp uses photographs.
 #include <bench/quality/holes.hpp>
 
 #include "tests/support/lifted_scene.hpp"
@@ -101,7 +101,7 @@ TEST_CASE("find_holes() finds uncovered pixels inside the frame and groups those
     ldi::image<std::uint8_t> coverage(30, 40, 1, std::uint8_t{255});
     for (const auto& [x, y] : {std::pair{5U, 5U}, {6U, 6U}, {7U, 6U}, {20U, 10U}, {0U, 0U}}) coverage(y, x, 0) = 0;
     const std::vector<hole> holes = find_holes(coverage, frame_test(from, from.camera, {1, 10}), 3);
-    REQUIRE(holes.size() == 2);  // the corner is on the photo's border
+    REQUIRE(holes.size() == 2);  // not the corner, which is on the photo's border
     CHECK(holes[0].pixels == 3);
     CHECK(holes[1].pixels == 1);
     CHECK(holes[1].x == 20);

@@ -1,4 +1,4 @@
-// No holes in 3D photos of ordinary photographs, with depth from the shipped network: slow.
+// Tests that 3D photos of ordinary photographs, with depth from the shipped network, have no holes. Slow.
 #include <bench/quality/holes.hpp>
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>

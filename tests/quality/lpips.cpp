@@ -1,4 +1,5 @@
-// LPIPS in bench/quality: the results of ../shared/lpips/lpips.py with the real weights, and properties for any weights.
+// Tests LPIPS of bench/quality: with the real weights, it equals ../shared/lpips/lpips.py; with any weights, it has the
+// properties of a distance.
 #include <bench/quality/lpips.hpp>
 
 #include <catch2/catch.hpp>
@@ -18,7 +19,7 @@ namespace {
 
 using namespace ldi_quality;
 
-/// Made of integers, so that lpips.py gets the same picture from the same formula.
+/// A picture from integer arithmetic, so that lpips.py gets the same picture from the same formula.
 picture pattern(std::size_t height, std::size_t width, std::size_t seed) {
     picture result(height, width, 3);
     for (std::size_t y = 0; y < height; ++y)

@@ -1,4 +1,4 @@
-// The measures of bench/quality: a wrong measure would mislead every decision.
+// Tests the measures of bench/quality; a wrong measure would mislead every decision.
 #include <bench/quality/depth_metrics.hpp>
 #include <bench/quality/metrics.hpp>
 

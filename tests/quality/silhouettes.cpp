@@ -1,4 +1,4 @@
-// The measures of silhouettes in bench/quality, on scenes so simple that the right figures are known.
+// Tests the measures of silhouettes in bench/quality on scenes so simple that the right figures are known.
 #include <bench/quality/degraded_depth.hpp>
 #include <bench/quality/halo.hpp>
 #include <bench/quality/silhouettes.hpp>
@@ -31,7 +31,7 @@ ldi::image<float> disparity_of(std::size_t height, std::size_t width, const rect
     return result;
 }
 
-/// White on black.
+/// A white rectangle on black.
 picture photo_of(std::size_t height, std::size_t width, const rectangle& near) {
     picture result(height, width, 3, std::uint8_t{0});
     for (std::size_t y = 0; y < height; ++y)
@@ -144,7 +144,7 @@ TEST_CASE(
     const auto distance = [&](const std::vector<side_middle>& ours) { return distance_of_silhouettes(ours, truth, 288, 80); };
     CHECK(distance(middles_of(truth, 0)).pixels == 0);
     CHECK(distance(middles_of(truth, 0)).missed == 0);
-    CHECK(distance(middles_of(truth, 4)).pixels == Approx(8));  // most sides are vertical; 2 pixels of 288
+    CHECK(distance(middles_of(truth, 4)).pixels == Approx(8));  // 4 half pixels of 288 rows are 8 pixels of 1152
     CHECK(distance(middles_of(truth, 4)).missed == 0);
     CHECK(distance(middles_of(truth, 8)).missed > 0.5);
     CHECK(std::isnan(distance({}).pixels));

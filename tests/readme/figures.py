@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares files, options, defaults, sizes and numbers on the pages with the project.
 
-    figures.py PHOTO3D      the built program; without it, only what can be compared without
+    figures.py PHOTO3D      the built program; without it, options and sizes of its output are not compared
 """
 
 import json
@@ -12,7 +12,6 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-SHARED = ROOT.parent / "shared"
 program = sys.argv[1] if len(sys.argv) > 1 else None
 faults, checked = [], 0
 
@@ -29,7 +28,7 @@ def read(path):
 
 
 def found(pattern, text, what, page="README.md"):
-    """Returns the groups of a pattern's only match in a page; fails if the page no longer has exactly one."""
+    """Returns the groups of a pattern's first match in a page. Records a fault if there is none."""
     match = re.search(pattern, re.sub(r"\s+", " ", text))
     check(match, f"{page}: no {what} as in '{pattern}'")
     return match.groups() if match else None
@@ -66,8 +65,8 @@ for name in set(re.findall(r"\bldi::(\w+)(?!\w|::)", readme)) - {"ldi", "io"}:
 
 # Libraries that ldi::io needs.
 cmake = read("cmake/library.cmake") + read("cmake/FindLdiReaders.cmake")
-for sentence in found(r"`ldi::io`, for files, needs ([^;]*); all formats and fast JPEG encoding ([^(]*) \(", readme, "what ldi::io needs") or ():
-    for library in sentence.split(", "):
+for libraries in found(r"writes files. It requires ([^;]*); ([^;]*) add formats", readme, "what ldi::io needs") or ():
+    for library in re.split(", | and ", libraries):
         check(re.search(rf"\b{library}\b", cmake), f"README.md: ldi::io does not use {library}")
 for target in re.findall(r"(\w+)::\w+=lib", cmake):
     check(target.lower().replace("png", "libpng") in readme, f"README.md: ldi::io also needs {target}")
@@ -79,7 +78,7 @@ if both:
     check(near(float(both[0]), sum(weights.values()) / 1e6, 0.02), f"README.md: the networks have {sum(weights.values())} bytes, not {both[0]} MB")
 one = found(r"our depth network, ([\d.]+) MB", readme, "size of the depth network")
 if one:
-    check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: the depth network is not of {one[0]} MB")
+    check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: the depth network does not have {one[0]} MB")
 words = ["Nine", "Ten", "Eleven", "Twelve", "Thirteen"]
 lessons = len(list((ROOT / "examples/learn").glob("[0-9]*.cpp")))
 for page in ("README.md", "examples/learn/README.md"):
@@ -105,37 +104,35 @@ if program:
             check(False, f"{page}: photo3d has no {option}")
         checked += len(options_of(page))
 
-    defaults = dict(re.findall(r"^ *(?:-\w,)?--([a-z-]+) [A-Z]\S*(?: to \d+\S*)*?=(\S+)", help_text, re.MULTILINE))
-    defaults |= dict(re.findall(r"^ *--([a-z-]+) [A-Z]+:[^\n=]*=(\S+)$", help_text, re.MULTILINE))
+    # The help has a paragraph per option: "  --NAME VALUE  description (...; default: ...; ...)".
+    paragraphs = re.findall(r"^  (?:-\w, )?--([a-z0-9-]+)(?: (\S+))?((?:.*\n)(?: {10}.*\n)*)", help_text, re.MULTILINE)
+    defaults = {name: match[1] for name, _, text in paragraphs if (match := re.search(r"(?:\(|;\s)default:\s([^;)]*)[;)]", re.sub(r"\s+", " ", text)))}
     for option in ("texture", "grain", "motion"):
         said = found(rf"`--{option} ([\d.]+)`", program_page, f"default of --{option}", PROGRAM_PAGE)
         if said:
             check(defaults.get(option) == said[0], f"{PROGRAM_PAGE}: --{option} is {defaults.get(option)}, not {said[0]}")
     size = re.search(r"the default is (\d+)", program_page)
     check(size and defaults.get("size") == size[1], f"examples/photo3d/README.md: --size is {defaults.get('size')}")
-    for option, values in re.findall(r"^ *--([a-z-]+) TEXT:\{([^}]*)\}", help_text, re.MULTILINE):
+    for option, values in ((name, value) for name, value, _ in paragraphs if "|" in value):
         for page, text in (("README.md", readme), (PROGRAM_PAGE, program_page)):
             for value in re.findall(rf"(?<!cmake )(?<!build )`?--{option} ([a-z0-9-]+)", text):
-                check(value in values.split(","), f"{page}: --{option} has no {value}")
+                check(value in values.split("|"), f"{page}: --{option} has no {value}")
     for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", program_page, "values of --path", PROGRAM_PAGE) or [""])[0]):
         check(path in help_text, f"{PROGRAM_PAGE}: --path has no {path}")
 
-    # A phone photo.
-    said = found(r"GLB of a phone photo is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
-    photo = SHARED / "depth_companions" / "iphone_mpo_a.jpg"
-    if said and not photo.exists():
-        print(f"not compared: the GLB of a phone photo, because there is no {photo}")
-    elif said:
+    # The sample, with its depth map.
+    said = found(r"GLB of the sample is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
+    if said:
         with tempfile.TemporaryDirectory() as folder:
             glb, report = Path(folder, "a.glb"), Path(folder, "a.json")
             sizes = []
             for more in ([], ["--compress"]):
-                subprocess.run([program, photo, "-o", glb, "--report", report, "--quiet", *more], check=True)
+                subprocess.run([program, ROOT / "examples/photo3d/sample.jpg", "-o", glb, "--report", report, "--quiet", *more], check=True)
                 sizes.append(glb.stat().st_size / 1000)
             triangles = json.loads(report.read_text())["triangles"]
         computed = (sizes[0], triangles, sizes[1])
         for figure, value in zip(numbers(" ".join(said)), computed):
-            check(near(figure, value, 0.1), f"README.md: the phone photo makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
+            check(near(figure, value, 0.1), f"README.md: the sample makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
 
 if faults:
     sys.exit("\n".join(faults))

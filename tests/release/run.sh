@@ -89,7 +89,7 @@ linux_reads_heic() {
 linux_compresses() {
     linux_alone -o /photo.glb --compress --quiet && same_glb "$clean/linux/photo.glb" --compress
 }
-moved() { # finds its weights after renaming and moving, from another working folder, and through a link
+moved() { # the renamed and moved program finds its weights, from another working folder and through a link
     mv "$unpacked" "$clean/elsewhere" && ln -s "$clean/elsewhere/photo3d" "$clean/link" &&
         (cd / && env -i "$clean/link" "$clean/linux/photo.jpg" -o "$clean/photo.glb" --quiet) && same_glb "$clean/photo.glb"
 }
@@ -101,7 +101,7 @@ windows_converts() {
     cp "$sample" "$unpacked/../photo.jpg" && (cd "$unpacked/.." && on_windows "$unpacked/photo3d.exe" photo.jpg) &&
         same_glb "$unpacked/../photo.glb" && grep -q model/gltf-binary "$unpacked/../photo.html"
 }
-windows_names() { # names that no single code page of Windows can represent; no file remains
+windows_names() { # names that no single code page of Windows can represent; no temporary file remains
     local folder=$clean/names
     mkdir -p "$folder/Фото 写真" && cp "$sample" "$folder/Фото 写真/é😀.jpg" &&
         (cd "$folder" && on_windows "$unpacked/photo3d.exe" "Фото 写真/é😀.jpg" --quiet) && same_glb "$folder/Фото 写真/é😀.glb" &&
@@ -140,13 +140,13 @@ open("python.glb", "wb").write(made.glb())
 made.glb(compress=True)
 assert "model/gltf-binary" in made.html("photo")' "$sample" "$clean/venv") && same_nameless_glb "$clean/python.glb" --arithmetic float32
 }
-python_needs() { # links only glibc, and no newer symbols than the wheel's name states
+python_needs() { # the extension links only glibc, and needs no newer symbols than the wheel's name states
     local extension wanted newest
     extension=$(compgen -G "$clean/venv/lib/python*/site-packages/ldi/_ldi*.so") &&
         ! readelf -d "$extension" | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' | grep -vE '^(libc|libm|ld-linux-x86-64)\.so\.[0-9]$' &&
         wanted=$(compgen -G "$release/ldi-*.whl" | sed -E 's/.*manylinux_([0-9]+)_([0-9]+)_.*/\1.\2/') &&
         newest=$(objdump -T "$extension" | grep -oE 'GLIBC_[0-9.]+' | sed 's/GLIBC_//' | sort -Vu | tail -n 1) &&
-        printf 'needs glibc %s, says %s\n' "$newest" "$wanted" &&
+        printf 'needs glibc %s; its name states %s\n' "$newest" "$wanted" &&
         [ "$(printf '%s\n' "$newest" "$wanted" | sort -V | tail -n 1)" = "$wanted" ]
 }
 
@@ -154,7 +154,7 @@ npm_imports() {
     mkdir -p "$clean/npm" && cd "$clean/npm" && printf '{"private": true, "type": "module"}\n' >package.json &&
         npm install --silent --offline --no-audit --no-fund "$release"/photo-3d-*.tgz &&
         # Outside a browser, the module loads without an error until a page creates an element.
-        node -e 'const url = import.meta.resolve ? import.meta.resolve("photo-3d") : require.resolve("photo-3d"); if (!url.endsWith("photo-3d.js")) process.exit(1)' &&
+        node --input-type=module -e 'await import("photo-3d")' &&
         node --check node_modules/photo-3d/photo-3d.js && [ -s node_modules/photo-3d/photo-3d.d.ts ] && [ -s node_modules/photo-3d/README.md ] &&
         [ -s node_modules/photo-3d/LICENSE ]
 }
@@ -173,36 +173,36 @@ checksums() { (cd "$release" && sha256sum --quiet -c SHA256SUMS && [ "$(wc -l <S
 
 try_linux() {
     count_step "the Linux archive unpacks" unpack "photo3d-*-linux-x86_64.tar.gz" linux
-    count_step "its program links nothing" linux_is_static
-    count_step "it converts a photo in a folder that has nothing else" linux_converts
-    count_step "it reads HEIC as the ordinary program does" linux_reads_heic
-    count_step "--compress makes the ordinary program's bytes" linux_compresses
-    count_step "it works where it was moved to" moved
+    count_step "its program needs no shared library" linux_is_static
+    count_step "its program converts a photo in a root folder without other files" linux_converts
+    count_step "a HEIC photo becomes the same GLB as with the ordinary program" linux_reads_heic
+    count_step "--compress writes the same GLB as the ordinary program" linux_compresses
+    count_step "the program works after it was moved" moved
 }
 try_windows() {
     count_step "the Windows archive unpacks" unpack "photo3d-*-windows-x86_64.zip" windows
     count_step "Wine starts" on_windows cmd /c "exit 0"
-    count_step "it converts a photo" windows_converts
-    count_step "it takes names in any script" windows_names
-    count_step "standard input and output carry bytes" windows_streams
+    count_step "the Windows program converts a photo" windows_converts
+    count_step "it accepts file names in any script" windows_names
+    count_step "standard input and output pass bytes unchanged" windows_streams
     count_step "it writes frames" windows_frames
-    count_step "it refuses video files in words" windows_refuses_videos
+    count_step "it refuses video files with a message" windows_refuses_videos
     count_step "it converts a batch" windows_batch
-    count_step "it says what it was built without" windows_version
+    count_step "--version lists the formats that it was built without" windows_version
 }
 try_python() {
     count_step "the wheel installs without an index" python_installs
-    count_step "its package makes the ordinary program's bytes" python_converts
-    count_step "it needs no library but glibc" python_needs
+    count_step "its package makes the same GLB as the ordinary program" python_converts
+    count_step "its extension needs no library except glibc" python_needs
 }
 try_npm() { count_step "the npm package installs and resolves" npm_imports; }
 try_web() {
     count_step "the web folder unpacks" unpack "photo3d-*-web.zip" web
-    count_step "the web folder is whole" web_is_whole
+    count_step "the web folder has all files" web_is_whole
 }
 
 [ "$made" = 1 ] || count_step "packaging/release.sh ${parts[*]}" make_files
-count_step "checksums" checksums
+count_step "the checksums match" checksums
 count_step "the ordinary program builds" build_ordinary
 for part in "${parts[@]}"; do "try_$part"; done
 print_tally

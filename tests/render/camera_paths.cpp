@@ -72,7 +72,7 @@ TEST_CASE("the largest parallax between the nearest and the farthest surface on 
     CHECK(largest == Approx(0.05F * 400).epsilon(0.03));
 }
 
-TEST_CASE("a dolly zoom keeps the size of what is in focus while the background grows smaller") {
+TEST_CASE("a dolly zoom keeps the size of objects in focus while the background becomes smaller") {
     const view end = view_on_path(camera_path::dolly_zoom, camera, range, 1);
     CHECK(seen(end, {0.5F, 0, -focus})[0] == Approx(seen(photo_view(), {0.5F, 0, -focus})[0]));
     CHECK(seen(end, {0.5F, 0, -range.z_far})[0] < seen(photo_view(), {0.5F, 0, -range.z_far})[0]);

@@ -38,7 +38,7 @@ TEST_CASE("motion_of() is the largest width that a camera position uncovers, any
         for (int i = 0; i < 30; ++i) {
             const float a = std::abs(any()), b = a * std::abs(any());
             const float found = uncovered(position, 150 + 150 * any(), 200 + 200 * any(), range.depth(a), range.depth(b));
-            REQUIRE(found <= allowed * (a - b) * 1.0001F + 1e-3F);  // a step has its share
+            REQUIRE(found <= allowed * (a - b) * 1.0001F + 1e-3F);  // in proportion to the step of disparity
         }
         if (position[2] <= 0) REQUIRE(most == Approx(allowed).epsilon(1e-3));
     }

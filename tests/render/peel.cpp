@@ -44,7 +44,7 @@ std::size_t link_count(const graph_view& g) {
 
 }  // namespace
 
-TEST_CASE("peeled from its own viewpoint, a layered image of any topology stays unchanged") {
+TEST_CASE("peel() from its own viewpoint returns a layered image of any topology unchanged") {
     testing::for_random_graphs(5, 200, [](const testing::random_layers& any, std::mt19937& random) {
         const testing::random_layers canonical = testing::in_canonical_order(any);
         photo_layers layers = photo_layers(canonical.topology());
@@ -62,7 +62,7 @@ TEST_CASE("peeled from its own viewpoint, a layered image of any topology stays 
     });
 }
 
-TEST_CASE("from any view, a peeled layered image is valid, and its first layer is what the view shows") {
+TEST_CASE("from any view, the result of peel() is valid, and its first layer is what the view shows") {
     std::mt19937 random(12);
     for (int trial = 0; trial < 25; ++trial) {
         const photo_layers layers = random_lifted(random, 20 + random() % 30, 20 + random() % 30);
@@ -104,7 +104,7 @@ TEST_CASE("a plane seen from the side remains one fully linked surface") {
         CHECK(peeled.size() == 24 * columns);
         CHECK(link_count(peeled.topology()) == 23 * columns + 24 * (columns - 1));
     }
-    // Closer, each pixel becomes several; farther, several become one.
+    // From closer, each pixel becomes several; from farther away, several become one.
     view other = v;
     other.position = {0.01F, 0.02F, -0.7F};
     const auto [larger, larger_range] = peel(layers, scene_range, v, other);
@@ -124,8 +124,8 @@ TEST_CASE("a near strip stays in front of the plane behind it, and the two are n
         for (const std::int32_t x : {15, 20})
             layers.edit_links([&](link_editor& links) { links.unlink(y * 40 + x, side::left); });
     const view v = own_view(layers.topology());
-    // The near strip moves 10 to the right, the far plane 2: the strip leaves [15, 20) for [25, 30), and uncovers [17, 22) of
-    // the plane.
+    // The near strip moves 10 to the right, the far plane 2: the strip moves from columns [15, 20) to [25, 30), and
+    // uncovers columns [17, 22) of the plane.
     const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 1, 10)).layers;
     const graph& g = peeled.topology();
     std::size_t near_pixels = 0;
@@ -143,12 +143,12 @@ TEST_CASE("a near strip stays in front of the plane behind it, and the two are n
 }
 
 TEST_CASE("a slope that folds back is linked only on either side of the fold, and disappears if back faces are excluded") {
-    // Steep enough that its far end overtakes its near end: drawn mirrored, behind nothing.
+    // The slope is so steep that, from the side, its ends change places: the view shows its back, and nothing is in front of it.
     photo_layers layers = testing::lifted_layers(image<float>(6, 40, 1, 0.0F));
     for (std::size_t i = 0; i < layers.size(); ++i)
         layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology().x()[i] - 10) * 0.1F, 0.0F, 1.0F);
     const view v = own_view(layers.topology());
-    const view from = moved_view(v.camera, scene_range, 1, -25);  // 2 pixels per tenth of disparity: -1 pixel per pixel
+    const view from = moved_view(v.camera, scene_range, 1, -25);  // reverses the order of the slope's pixels
     const photo_layers both = peel(layers, scene_range, v, from).layers;
     CHECK(!validate_canonical(both.topology(), both.column<disparity_column>()));
     CHECK(connected_components(both.topology()).count() == 3);

@@ -431,7 +431,7 @@ TEST_CASE("parts of a mesh use their own textures, even in triangles that the ne
         REQUIRE(in_parts.color == at_once.color);
         REQUIRE(in_parts.depth == at_once.depth);
     }
-    CHECK_THROWS_AS(rasterize(textured_mesh(), std::vector(2, flat_texture(1)), v), error);  // of one part
+    CHECK_THROWS_AS(rasterize(textured_mesh(), std::vector(2, flat_texture(1)), v), error);  // the mesh has one part
 }
 
 TEST_CASE("malformed meshes, textures and options are refused") {

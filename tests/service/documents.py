@@ -1,6 +1,6 @@
 """Checks for tests/service/run.sh on files that workers and the collector wrote.
 
-    documents.py FUNCTION [ARGUMENT...]     exit status 0: it is so
+    documents.py FUNCTION [ARGUMENT...]     exits with 0 if the check FUNCTION passes
 """
 import json
 import os

@@ -3,7 +3,7 @@
 
 # shellcheck shell=bash disable=SC2154
 
-# Photographs if present, else crops of the sample; then the broken files.
+# Creates the photos (photographs if present, else crops of the sample), the broken files, and the list of uploads.
 make_photos() {
     local from=../shared/photos/train made=$((number - number / 25))
     mkdir -p "$work/photos"
@@ -36,6 +36,7 @@ sys.stdout.buffer.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"
 
 are_done() { [ "$(lines_of "$work/results" "$work/dead")" -ge "$1" ]; }
 
+# kill_in_mid_message PROCESS LOG: suspends the worker. If it is not in the middle of a message, lets it continue and fails.
 kill_in_mid_message() {
     kill -STOP "$1"
     documents in_mid_message "$2" && return
@@ -43,7 +44,7 @@ kill_in_mid_message() {
     return 1
 }
 
-# The results of photo3d --batch, for comparison byte by byte.
+# Compares the GLB files in the bucket with those of photo3d --batch, byte by byte.
 are_same_bytes() {
     cut -f 1 "$work/uploads" | grep "^$work/photos/" | python3 -c 'import json, os, sys
 for line in sys.stdin:
@@ -62,7 +63,7 @@ mkdir "$work/s3"
 start_s3 "$work/s3" photos
 s3_put "$work/uploads"
 start_broker "$work/broker"
-printf '\n== %d photos, %d of them broken; storage: %s\n' "$number" "$(lines_of "$work/broken")" "$s3_cut"
+printf '\n== %d photos, %d of them broken; to cut off the storage: %s\n' "$number" "$(lines_of "$work/broken")" "$s3_cut"
 
 start_worker one photos s3://photos s3://photos/out
 first=$worker first_log=$worker_log
@@ -81,25 +82,25 @@ third_log=$worker_log third_address=$worker_address
 wait_until 120 are_done $((number * 2 / 6))
 kill -KILL "$broker_process"
 wait "$broker_process" 2>/dev/null || true
-count_step "without the broker the worker is not healthy" wait_until 20 health_is "$third_address" 503
+count_step "while the broker is down, a worker reports that it is unhealthy" wait_until 20 health_is "$third_address" 503
 start_broker "$work/broker"
-count_step "the broker, killed and started again, is found again" wait_until 60 health_is "$third_address" 200
+count_step "after the broker has restarted, the worker reports that it is healthy" wait_until 60 health_is "$third_address" 200
 
 wait_until 120 are_done $((number * 3 / 6))
 cut_network
-is_one_without_storage() { health_is "$second_address" 503 || health_is "$third_address" 503; } # the other may be idle
-count_step "without the storage the worker is not healthy, and tries again" wait_until 60 is_one_without_storage
+is_one_without_storage() { health_is "$second_address" 503 || health_is "$third_address" 503; } # an idle worker does not notice
+count_step "while the storage is unreachable, a worker reports that it is unhealthy" wait_until 60 is_one_without_storage
 mend_network
 
 has_ended() { ! kill -0 "$1" 2>/dev/null; }
 is_collected() { wait_until 600 has_ended "$collector" && wait "$collector"; }
-count_step "all is collected" is_collected
+count_step "the collector receives all documents and ends" is_collected
 collector=
 cat "$work/collected"
-count_step "nothing is lost, and nothing is in the results twice" documents each_once "$work/keys" "$work/results" "$work/dead"
-count_step "the broken photos are the dead letters, with their reasons" documents reasons "$work/dead" "$work/broken"
-count_step "what the killed worker had came again" documents some_came_again "$second_log" "$third_log"
+count_step "every photo has exactly one result or dead letter" documents each_once "$work/keys" "$work/results" "$work/dead"
+count_step "the dead letters are exactly the broken photos, with the right error codes" documents reasons "$work/dead" "$work/broken"
+count_step "the message of the killed worker is delivered again" documents some_came_again "$second_log" "$third_log"
 count_step "the GLB files have the same bytes as those of photo3d --batch" are_same_bytes
-count_step "the storage was tried again" grep -q '"storage failed"' "$second_log" "$third_log"
-count_step "logs are structured" documents logs_are_structured "$first_log" "$second_log" "$third_log"
+count_step "a worker logs failed access to the storage" grep -q '"storage failed"' "$second_log" "$third_log"
+count_step "every line of the logs has time, level, event and process" documents logs_are_structured "$first_log" "$second_log" "$third_log"
 for process in "${!workers[@]}"; do stop_worker TERM "$process"; done

@@ -16,36 +16,36 @@ for text in nonsense '{"job": "j", "photos": []}' '{"job": "j", "photos": ["../k
 done
 queue calm submit --job j <"$folder/keys"
 queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 8 >/dev/null
-count_step "messages that are none are dead letters" documents codes_are "$folder/dead" "invalid data" "invalid data" "invalid data" \
+count_step "invalid messages become dead letters" documents codes_are "$folder/dead" "invalid data" "invalid data" "invalid data" \
     "invalid data" unsupported
 curl -s "$calm/metrics" >"$folder/metrics"
-count_step "metrics count what was done" documents numbers_agree "$folder/results" "$folder/dead" "$folder/metrics"
+count_step "metrics equal the numbers of results and dead letters" documents numbers_agree "$folder/results" "$folder/dead" "$folder/metrics"
 if command -v promtool >/dev/null; then
-    count_step "promtool finds nothing wrong with metrics" promtool check metrics <"$folder/metrics"
+    count_step "promtool accepts the metrics" promtool check metrics <"$folder/metrics"
 else
-    printf 'skipped: metrics are not read by promtool, which is missing (Debian: prometheus)\n'
+    printf 'skipped: the check of metrics needs promtool (Debian: prometheus)\n'
 fi
 
-# The same job again: workers find the results, and the collector drops the duplicates.
+# Submits the same job again: the worker finds the results, and the collector drops the duplicates.
 cp "$folder/results" "$folder/before"
 queue calm submit --job j <"$folder/keys"
 queue calm submit --job k <"$folder/keys"
 queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 12 >"$folder/collected"
 cat "$folder/collected"
-count_step "what is sent twice is in the results once" grep -q '"results":6,"dead":6,"dropped":4' "$folder/collected"
-count_step "those of the same job are not converted again" documents have_events "$worker_log" "found done" 4
-count_step "those of another job are" documents have_events "$worker_log" photo 8
+count_step "the collector drops the results of a job that is submitted twice" grep -q '"results":6,"dead":6,"dropped":4' "$folder/collected"
+count_step "photos of a job that is submitted again are not converted again" documents have_events "$worker_log" "found done" 4
+count_step "photos of another job are converted again" documents have_events "$worker_log" photo 8
 stop_worker TERM "$worker"
-count_step "a worker that is told to end says so" documents have_events "$worker_log" end 1
+count_step "a worker logs its end after a signal" documents have_events "$worker_log" end 1
 
-# Refused: a pipe without a writer, and a link to a file outside the folder.
+# A pipe without a writer, and a link to a file outside the folder, must be refused.
 mkfifo "$folder/photos/pipe.jpg"
 ln -s ../keys "$folder/photos/link.jpg"
 printf '%s\n' pipe.jpg a.jpg link.jpg >"$folder/odd"
 queue calm submit --job odd <"$folder/odd"
 start_worker odd calm "$folder/photos" "$folder/outputs"
 queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --expected 3 >/dev/null
-count_step "what is no plain file is a dead letter" documents codes_are "$folder/odd_dead" "file access" "file access"
+count_step "photos that are no plain files become dead letters" documents codes_are "$folder/odd_dead" "file access" "file access"
 stop_worker TERM "$worker"
 
 # A photo that exceeds the limit on a worker's processor time ends each worker that receives it.
@@ -62,13 +62,13 @@ for ((ended = 0; ended < 20; ++ended)); do
     seconds_of_core=1 start_worker "endless.$ended" endless "$folder/photos" "$folder/outputs"
     wait_until 60 is_over || break
     ! has_ended "$collector" || break
-    stop_worker KILL "$worker" # it has ended; this reads its status
+    stop_worker KILL "$worker" # the worker has ended; this reads its status
 done
 stop_worker KILL "$worker"
 printf '%d workers ended\n' "$ended"
-count_step "a photo that ends every worker is a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
-count_step "after five of them" documents was_given_out 5 "$work"/endless.*.log
-count_step "and those beside it are converted" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"
+count_step "a photo that ends every worker becomes a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
+count_step "that photo is delivered five times" documents was_given_out 5 "$work"/endless.*.log
+count_step "every photo of that job has exactly one result or dead letter" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"
 wait "$collector" || true
 collector=
 
@@ -77,7 +77,7 @@ collector=
 start_worker away away "$folder/nowhere" "$folder/outputs" --patience 0
 queue away submit --job w <<<a.jpg
 queue away collect --results "$folder/away_results" --dead "$folder/away_dead" --expected 1 >/dev/null
-count_step "a photo whose storage stays away is a dead letter in the end" documents codes_are "$folder/away_dead" "unavailable for now"
-count_step "which says that another try may help" grep -q '"try_again":true' "$folder/away_dead"
-count_step "and it was tried five times" documents was_given_out 5 "$worker_log"
+count_step "a photo whose storage stays unreachable becomes a dead letter" documents codes_are "$folder/away_dead" "unavailable for now"
+count_step "that dead letter recommends another try" grep -q '"try_again":true' "$folder/away_dead"
+count_step "its message is delivered five times" documents was_given_out 5 "$worker_log"
 stop_worker TERM "$worker"

@@ -31,7 +31,7 @@ work=$(mktemp -d)
 clean_up() {
     [ -z "${KEEP:-}" ] || cp -r "$work" "$KEEP"
     local process
-    # Without wait, the shell would print after the last line that they were killed.
+    # With wait, the shell does not report the killed processes after the last line.
     for process in "${!workers[@]}" "${collector:-}"; do
         [ -z "$process" ] || { kill -KILL "$process" && wait "$process"; } 2>/dev/null || true
     done
@@ -60,7 +60,7 @@ start_worker() {
     workers[$worker]=$worker_log
 }
 
-# stop_worker SIGNAL PROCESS
+# stop_worker SIGNAL PROCESS: sends the signal and waits until the worker ends.
 stop_worker() {
     kill "-$1" "$2" 2>/dev/null || true
     wait "$2" 2>/dev/null || true
@@ -83,6 +83,6 @@ health_is() { [ "$(health "$1")" = "$2" ]; }
 
 source tests/service/failures.sh
 source tests/service/folder.sh
-count_step "the start script converts the sample" examples/service/run.sh
+count_step "examples/service/run.sh converts the sample" examples/service/run.sh
 count_script tests/service/slurm.sh
 print_tally

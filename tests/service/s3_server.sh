@@ -1,10 +1,11 @@
 # Starts an S3 server, if possible in a separate network, which scripts can cut. tests/service/run.sh and bench/service/run.sh source this
 # file.
 #
-#   start_s3 FOLDER BUCKET    sets s3_server, and the variables of Amazon's tools for it
-#   cut_network, mend_network
+#   start_s3 FOLDER BUCKET    starts the server; sets s3_server (its process) and the variables of Amazon's tools
+#   cut_network               disconnects the server, or suspends it if it has no separate network
+#   mend_network              undoes cut_network
 #   s3_put LIST, s3_get LIST  copies files; each line of LIST is a file's path, a tab, and a key of the bucket
-#   remove_s3
+#   remove_s3                 stops the server and removes its network
 
 # shellcheck shell=bash disable=SC2034
 
@@ -22,10 +23,10 @@ start_s3() {
         ip -n "$s3_namespace" address add "$address/30" dev inside
         ip -n "$s3_namespace" link set inside up
         ip -n "$s3_namespace" link set lo up
-        s3_cut="its network interface is down"
+        s3_cut="its network interface goes down"
     else
         s3_namespace=
-        s3_cut="no network namespace can be made here: the server is stopped instead"
+        s3_cut="the server is suspended, because no network namespace can be created here"
     fi
     "${within[@]}" node tests/service/node_modules/s3rver/bin/s3rver.js --silent --directory "$folder" --address "$address" \
         --port "$port" --no-vhost-buckets --configure-bucket "$s3_bucket" >/dev/null &
@@ -45,7 +46,7 @@ mend_network() {
     if [ -n "$s3_namespace" ]; then ip -n "$s3_namespace" link set inside up; else kill -CONT "$s3_server"; fi
 }
 
-# copy OPTION LIST: copies all files with one curl, which signs the requests.
+# s3_copy OPTION LIST: copies all files with one curl, which signs the requests.
 s3_copy() {
     python3 -c 'import sys, urllib.parse
 option, place, path = sys.argv[1:]

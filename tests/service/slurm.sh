@@ -86,7 +86,7 @@ make_list() {
     printf '"%s"\n' "$photos/9.jpg" >>"$work/list.jsonl"
 }
 
-# Prints the exit codes that Slurm recorded for the three tasks. (sbatch --wait would poll only every ten seconds.)
+# Submits the list as an array of three tasks, and prints their exit codes. (sbatch --wait would poll only every ten seconds.)
 submit() {
     local job
     job=$(PHOTO3D=$(realpath "$PROGRAMS/photo3d") sbatch --parsable --array=0-2 --output="$work/task.%a" \
@@ -109,10 +109,10 @@ if ! count_step "a cluster of one node starts" start_cluster || [ "$failed" != 0
     exit 1
 fi
 make_list
-count_step "an array of three tasks ends with the code of the photo that can't be converted" fails_with_one
+count_step "of three tasks, only the one with a photo that can't be converted ends with exit code 1" fails_with_one
 cat "$work"/task.* || true
-count_step "each photo was converted once" is_each_there_once
-count_step "in three slices" have_slices
-count_step "the same again says so" fails_with_one
-count_step "and converts nothing twice" is_nothing_converted
+count_step "each photo is converted once" is_each_there_once
+count_step "each task processes a third of the list" have_slices
+count_step "the same list, submitted again, ends with the same exit codes" fails_with_one
+count_step "the second run skips all converted photos" is_nothing_converted
 print_tally

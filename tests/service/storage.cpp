@@ -47,7 +47,7 @@ TEST_CASE("symbolic links inside a folder are not followed") {
     CHECK(raised([&] { storage.put("folder/new", byte_string(5)); }) == error_code::file_access);
     CHECK(read_file(folder / "out/secret").size() == 3);
     CHECK_FALSE(std::filesystem::exists(folder / "out/new"));
-    // The folder itself belongs to the caller.
+    // The path of the storage itself may be a symbolic link, because the caller chooses it.
     std::filesystem::create_symlink("in", folder / "link");
     folder_storage(folder / "link").put("a", byte_string(4));
     CHECK(storage.get("a", 10).size() == 4);

@@ -27,7 +27,7 @@ def tokens(folder, flags):
 for flags in ([], ["-fno-exceptions", "-fno-rtti"]):
     separate, single = tokens("include", flags), tokens("single_include", flags)
     if "photo_layers" not in separate:
-        sys.exit("the preprocessor does not show what ldi.hpp includes")
+        sys.exit("the preprocessed text lacks the headers that ldi.hpp includes")
     for number, (a, b) in enumerate(itertools.zip_longest(separate, single)):
         if a != b:
             around = slice(max(number - 12, 0), number + 12)

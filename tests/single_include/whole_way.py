@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that a program which includes only the single header, and links no library, makes a 3D photo from pixels in memory, and that it
-makes the same bytes without compiler extensions (LDI_STANDARD_ONLY), as other compilers would compile it.
+"""Checks that a program which includes only the single header, and links no library, makes a 3D photo from pixels in memory. It must
+write the same bytes without compiler extensions (LDI_STANDARD_ONLY), because other compilers lack them.
 
     whole_way.py FOLDER COMPILER [FLAG...]     FOLDER: for the built programs
 """
@@ -40,11 +40,11 @@ file = run(program)
 magic, version, length, json_length, json_type = struct.unpack("<4sIII4s", file[:20])
 scene = json.loads(file[20:20 + json_length])
 if (magic, version, length, json_type) != (b"glTF", 2, len(file), b"JSON") or scene["images"][0]["mimeType"] != "image/png":
-    sys.exit("this is no GLB file with a PNG texture")
+    sys.exit("the result is no GLB file with a PNG texture")
 texture = scene["bufferViews"][scene["images"][0]["bufferView"]]
 begin = 20 + json_length + 8 + texture["byteOffset"]
 if file[begin:begin + 8] != b"\x89PNG\r\n\x1a\n":
-    sys.exit("the texture is not where the file says")
+    sys.exit("no PNG file starts at the offset of the texture")
 print(f"{len(file)} bytes, {scene['accessors'][2]['count'] // 3} triangles")
 if run(compile_program("whole_way_standard", "-DLDI_STANDARD_ONLY", "-pedantic-errors")) != run(program, LDI_ISA="scalar"):
-    sys.exit("without compiler extensions, the program makes other bytes")
+    sys.exit("without compiler extensions, the program writes different bytes")

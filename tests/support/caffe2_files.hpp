@@ -21,7 +21,7 @@ struct caffe2_files {
 /// Collects the operators of one NetDef.
 class net_writer {
 public:
-    /// One argument: call with the field number of its kind of value (caffe2.proto, Argument).
+    /// Writes one operator and its arguments. The field numbers are those of caffe2.proto.
     class operator_writer {
     public:
         operator_writer(const std::string& type, const std::vector<std::string>& inputs, const std::string& output) {

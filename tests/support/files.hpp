@@ -5,11 +5,11 @@
 #include <ldi/core/image.hpp>
 
 #include <zlib.h>
+#include <tests/support/errors.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <random>
 #include <string>
 #include <string_view>
@@ -64,28 +64,6 @@ inline byte_string big_endian(std::uint32_t value, int size) {
     byte_string bytes;
     for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<std::byte>(value >> (8 * i) & 255));
     return bytes;
-}
-
-/// Returns the error that a call raises; nothing if it returns.
-template <class Call>
-std::optional<error_code> raised(Call&& call) {
-    try {
-        call();
-    } catch (const error& e) {
-        return e.code();
-    }
-    return std::nullopt;
-}
-
-/// Returns the message of the error that a call raises.
-template <class Call>
-std::string message_of(Call&& call) {
-    try {
-        call();
-    } catch (const error& e) {
-        return e.what();
-    }
-    return "nothing raised";
 }
 
 /// A smooth picture: values change by a few steps per pixel, so that JPEG preserves them.

@@ -44,7 +44,7 @@ inline constexpr bool measures_resident_memory = measures_memory;
 #if defined(LDI_TEST_COUNTS_BLOCKS)
 inline std::atomic<long long> bytes_out{0}, max_bytes_out{0};
 
-/// The address sanitizer keeps freed memory, but counts.
+/// Counts allocated bytes. With the address sanitizer, resident memory means nothing, because it keeps freed memory.
 inline void count_blocks() {
     __sanitizer_install_malloc_and_free_hooks(
         [](const volatile void*, std::size_t bytes) {

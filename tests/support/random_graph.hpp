@@ -82,8 +82,8 @@ public:
         add_sheet(x, y, 1 + below(random_, g_.width()), 1 + below(random_, g_.height()));
     }
 
-    /// A sheet that continues the surface of a pixel beyond one of its free sides. Where it turns back, the surface passes over
-    /// itself.
+    /// A sheet that continues the surface of a pixel beyond one of its free sides, along a seam. Where the sheet turns back, the
+    /// surface passes over itself.
     void add_fold() {
         if (g_.size() == 0) return;
         const std::int32_t from = random_pixel();
@@ -91,11 +91,11 @@ public:
         const std::int32_t x = x_of(from) + step_x(s), y = y_of(from) + step_y(s);
         if (g_.neighbor(from, s) != no_pixel || !inside(x, y)) return;
         const std::int32_t width = 1 + below(random_, 6), height = 1 + below(random_, 6);
-        // The sheet touches the seam with the edge that faces `from`, at any position.
+        // The sheet touches the pixel `from` with any position of the edge that faces it.
         const std::int32_t left = s == side::right ? x : s == side::left ? x - width + 1 : x - below(random_, width);
         const std::int32_t top = s == side::down ? y : s == side::up ? y - height + 1 : y - below(random_, height);
         const buffer<std::int32_t> sheet = add_sheet(left, top, width, height);
-        // The seam: from the first pair along both edges, as far as both surfaces are adjacent.
+        // Links the seam: from the first pair of pixels in both directions, as far as both surfaces are adjacent.
         const auto there = std::find_if(sheet.begin(), sheet.end(), [&](std::int32_t p) { return x_of(p) == x && y_of(p) == y; });
         g_.link(from, s, *there);
         for (const side along : {step_x(s) != 0 ? side::up : side::left, step_x(s) != 0 ? side::down : side::right}) {

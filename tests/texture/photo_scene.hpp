@@ -40,8 +40,8 @@ inline photo_layers random_photo_layers(std::mt19937& random, std::int32_t large
 inline photo_layers with_hidden_surfaces(photo_layer lifted) {
     unmix_colors(lifted);
     const auto curves = find_discontinuity_curves(lifted, {});
-    photo_layers layers =
-        expand(std::move(lifted), {}, curves, {.motion = 1.0F, .iterations = 50}).layers;  // far behind the surface in front
+    // Grows far behind the surface in front.
+    photo_layers layers = expand(std::move(lifted), {}, curves, {.motion = 1.0F, .iterations = 50}).layers;
     const serial_executor threads;
     diffusion_inpainter().inpaint(layers, {}, threads);
     return layers;

@@ -82,7 +82,7 @@ void for_each_texel(const sheet_scene& s, Visit&& visit) {
     }
 }
 
-/// The texel of the atlas that shows a pixel, and those around it.
+/// Position of the texel of the atlas that shows a pixel.
 struct atlas_place {
     std::int32_t x, y;
 };
@@ -94,7 +94,7 @@ atlas_place in_atlas(const sheet_scene& s, std::int32_t pixel) {
 
 }  // namespace
 
-TEST_CASE("rooms of charts do not overlap on their sheets, and only charts that show part of the photo have one") {
+TEST_CASE("rooms (rectangles of charts on a sheet) do not overlap, and only charts that show part of the photo have one") {
     std::mt19937 random(11);
     for (int repeat = 0; repeat < 12; ++repeat) {
         const sheet_scene s = random_sheet_scene(random);
@@ -155,7 +155,7 @@ TEST_CASE("away from silhouettes, sheets show the photo byte for byte") {
             REQUIRE(std::equal(texel, texel + 3, s.photo.row(y) + 3 * x));
         });
     }
-    CHECK(compared > all / 5);  // a small part of so small a photo is far from silhouettes
+    CHECK(compared > all / 5);  // in so small a photo, only a small part is far from silhouettes
 }
 
 TEST_CASE("hidden surfaces on a sheet have colors between those of the surrounding atlas texels") {
@@ -267,7 +267,7 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
     };
     CHECK(code_of([&] { lay_out(1000, 4, 1); }) == error_code::invalid_option);
     CHECK(code_of([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
-    CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the atlas has less
+    CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the padding of the atlas is less
     CHECK(code_of([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
     CHECK(code_of([&] { max_chart_side(200); }) == error_code::too_large);
     CHECK(max_chart_side(1.0) > 4000);

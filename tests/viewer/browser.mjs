@@ -59,7 +59,7 @@ export async function openPage(context, file, { size = { width: 320, height: 400
     page.on("pageerror", (error) => page.errors.push(error.message));
     page.on("request", (request) => {
         const url = request.url();
-        if (url !== address && !url.startsWith("data:") && !url.startsWith("blob:")) page.errors.push(`asked for ${url}`);
+        if (url !== address && !url.startsWith("data:") && !url.startsWith("blob:")) page.errors.push(`requested ${url}`);
     });
     page.openingBegan = performance.now();
     await page.goto(address);

@@ -22,7 +22,7 @@ const sizes = { desktop: { width: 1280, height: 800 }, phone: { width: 390, heig
 const [onlyBrowser, onlyWord] = process.argv.slice(2);
 await mkdir(pictures, { recursive: true });
 
-/** Returns a page around its content that shows no hint and counts contexts. */
+/** Returns a page with this content, which shows no hint and records its WebGL contexts. */
 const pageAround = (content) => `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Feed</title><link rel="icon" href="data:,">
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>body { margin: 0 auto; max-width: 600px } article { padding: 16px }
 img, photo-3d { display: block; width: 100% }</style><script>
@@ -68,7 +68,7 @@ const server = createServer((request, response) => {
 await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
 const site = `http://127.0.0.1:${server.address().port}`;
 
-/** GLB files that need too many resources, or are broken. */
+/** Returns GLB files that need too many resources, or are broken, by name. */
 function hostileFiles() {
     const changed = (change) => {
         const { json, binary } = takeApart(glb);
@@ -125,7 +125,7 @@ let browser;
 let kind = "";
 let hasWebGl = true;
 
-/** Runs a test, unless it needs WebGL 2 and the browser has none, such as headless Firefox on a machine without a display. */
+/** Runs a test. Skips it if it needs WebGL 2 and the browser has none, such as headless Firefox on a machine without a display. */
 async function test(fact, check, needsWebGl = true) {
     if (onlyWord && !fact.includes(onlyWord)) return;
     if (needsWebGl && !hasWebGl) {
@@ -138,7 +138,7 @@ async function test(fact, check, needsWebGl = true) {
     page.on("pageerror", (error) => page.errors.push(error.message));
     try {
         await check(page);
-        assert.deepEqual(page.errors, [], "nothing went wrong on the page");
+        assert.deepEqual(page.errors, [], "no errors on the page");
         passed += 1;
         console.log(`passed: ${kind}: ${fact}`);
     } catch (failure) {
@@ -197,7 +197,7 @@ const inMiddle = () => {
 };
 const waitForMiddle = (page) => page.waitForFunction(`(${inMiddle})()?.complete`);
 
-/** Waits until all visible photos are loaded and have ended their sway, and nothing is drawn. */
+/** Waits until all visible photos are loaded and at rest, and nothing is drawn. */
 async function waitForRest(page) {
     await page.waitForFunction(() =>
         [...document.querySelectorAll("photo-3d")].every((shown) => {
@@ -214,7 +214,7 @@ async function waitForRest(page) {
 }
 
 async function testFeed(name, size, scroll, way) {
-    await test(`a feed of 50 scrolls by ${way} on a ${name} like pictures`, async (page) => {
+    await test(`on a ${name}, a feed of 50 photos scrolls by ${way} like a feed of plain pictures`, async (page) => {
         const steps = [300, 500, 700, 350, 200, -400, 600, 400];
         await open(page, "/flat.html", size);
         const expected = await scroll(page, steps, size);
@@ -255,7 +255,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
     }
 
     if (!hasWebGl)
-        await test("without WebGL, a feed shows posters and scrolls like pictures", async (page) => {
+        await test("without WebGL, a feed shows posters and scrolls like a feed of plain pictures", async (page) => {
             const steps = [300, 500, 700, -400];
             await open(page, "/flat.html", sizes.desktop);
             const expected = await scrollByWheel(page, steps, sizes.desktop);
@@ -306,7 +306,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         await page.evaluate(() => document.querySelector("photo-3d").shadowRoot.activeElement.blur());
         await page.keyboard.press("Home");
         await waitForRest(page);
-        assert.ok((await right()) > 0.8, "a key on the page");
+        assert.ok((await right()) > 0.8, "without focus, a key has no effect");
     });
 
     await test("the viewer replaces a lost context that the browser does not restore", async (page) => {
@@ -324,7 +324,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
     });
 
     for (const ratio of kind === "chromium" ? [1, 3] : [1])
-        await test(`transparent around a model, with smooth silhouettes at ${ratio} device pixels`, async (page) => {
+        await test(`the canvas is transparent around a model, with smooth silhouettes at ${ratio} device pixels per CSS pixel`, async (page) => {
             await open(page, "/one.html", { width: 400, height: 400, deviceScaleFactor: ratio });
             const levels = await page.evaluate(async () => {
                 const shown = document.createElement("photo-3d");
@@ -345,7 +345,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.ok(Math.abs(levels.ratio - ratio) < 0.02, JSON.stringify(levels));
         });
 
-    await test("hostile files lead to a message and to no request", async (page) => {
+    await test("hostile files cause a message and no request", async (page) => {
         await open(page, "/one.html", sizes.desktop);
         asked.length = 0;
         for (const name of Object.keys(hostile)) {
@@ -380,7 +380,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.equal(await page.evaluate(() => document.querySelector("photo-3d").isAlone), false);
     });
 
-    await test("the gallery of a batch shows photos and failures, and finds them", async (page) => {
+    await test("the gallery of a batch lists photos and failures, and filters them", async (page) => {
         await open(page, "/gallery/index.html", sizes.desktop);
         if (hasWebGl) await page.waitForFunction(() => document.querySelector("photo-3d")?.complete);
         const text = () => page.$eval("#count", (count) => count.textContent);

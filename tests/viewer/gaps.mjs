@@ -2,7 +2,7 @@
 
 import { settle } from "./browser.mjs";
 
-/** Makes the page clear with the color `window.behind`, and keep pictures for a headset until a test reads them. */
+/** Makes the page clear its pictures with the color `window.behind`, and keep a headset's pictures until a test reads them. */
 export const clearColorScript = `
     window.behind = [1, 0, 1, 1];
     window.clears = 0;

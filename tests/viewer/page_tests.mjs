@@ -15,7 +15,7 @@ export class PageTests {
      * Opens a page, runs a test on it, and checks that the page has no errors.
      *
      * @template {{errors: string[], close(): Promise<void>}} Page
-     * @param {string} fact  the tested fact
+     * @param {string} fact  the tested fact, which is the name of the test
      * @param {() => Promise<Page>} open
      * @param {(page: Page) => Promise<void>} check
      * @param {(page: Page) => boolean} isKept  whether the page stays open for other tests
@@ -27,7 +27,7 @@ export class PageTests {
         try {
             page = await open();
             await check(page);
-            assert.deepEqual(page.errors, [], "nothing on the console, nothing asked for");
+            assert.deepEqual(page.errors, [], "no console errors and no requests");
             this.passed += 1;
             console.log(`passed: ${fact} (${Math.round(performance.now() - start)} ms)`);
         } catch (failure) {

@@ -32,7 +32,7 @@ for (const name of pages) {
     const isClosed = most.backdrop === 0 && page.errors.length === 0;
     isClosed ? (passed += 1) : (failed += 1);
     withGaps += most.mesh > 0 ? 1 : 0;
-    console.log(`${isClosed ? "passed" : "FAILED"}: ${name}: at most ${most.backdrop} pixels, ${most.mesh} without the backdrop ${page.errors.join(", ")}`);
+    console.log(`${isClosed ? "passed" : "FAILED"}: ${name}: at most ${most.backdrop} gap pixels, ${most.mesh} without the backdrop ${page.errors.join(", ")}`);
     await page.close();
 }
 await stop();

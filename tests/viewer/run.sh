@@ -17,7 +17,7 @@ photographs=$top/../shared/photos/eval
 more_photographs=$top/../shared/photos/train  # every 80th
 gaps=$top/out/gaps
 rm -rf "$gaps" && mkdir -p "$gaps"
-# Writes a page per photograph.
+# make_pages PHOTO...: converts each photograph to a page in $gaps.
 make_pages() {
     local photo
     for photo; do
@@ -47,7 +47,7 @@ sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample
     --quiet -o "$top/out/sample_cropped.glb" --html "$top/out/sample_cropped.html"
 # Working size is a third of the photo's size; the texture has full size, in several files.
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --size full --geometry-size 320 --html "$top/out/sample_full.html" --usdz "$top/out/sample_full.usdz"
-# Input of further pages: a small photo for a feed, the output of --embed, the npm package, and a batch with a failure.
+# Input of element.mjs: a small photo for a feed, the output of --embed, and a batch with a failure.
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --size 640 -o "$top/out/feed.glb"
 mkdir -p "$top/out/embed"
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/embed/sample.html" --embed

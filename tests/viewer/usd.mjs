@@ -12,7 +12,7 @@ const program = `
 import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
 import { USDLoader } from "three/addons/loaders/USDLoader.js";
 
-/** Shows a file (base64) from the photo's camera, at the origin before the mesh was put on the floor. */
+/** Shows a USDZ file (base64) from the photo's viewpoint: the origin of the mesh's own coordinates. The file puts the mesh on the floor. */
 window.showUsdz = async (base64, { yfov, aspectRatio }) => {
     const model = new USDLoader().parse(Uint8Array.from(atob(base64), (c) => c.charCodeAt(0)).buffer);
     const scene = new Scene().add(model);

@@ -63,12 +63,12 @@ function assertNear(actual, expected, tolerance, what) {
     assert.ok(Math.abs(actual - expected) <= tolerance, `${what}: expected ${expected} within ${tolerance}, found ${actual}`);
 }
 
-/** Checks that the picture shows the viewer's sideways and upward motion like a window. */
+/** Checks that near surfaces move against the viewer, relative to far ones, since the picture `before`. */
 async function assertParallax(page, before, { right, up }) {
     const { near, far } = await desk.parallax(before, await picture(page), depth, await hiddenBorder(page));
     const motion = JSON.stringify({ near, far });
-    if (right !== 0) assert.ok((near.right - far.right) * Math.sign(right) < -2, `near goes against the viewer, sideways: ${motion}`);
-    if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near goes against the viewer, up and down: ${motion}`);
+    if (right !== 0) assert.ok((near.right - far.right) * Math.sign(right) < -2, `near surfaces move against the viewer, sideways: ${motion}`);
+    if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near surfaces move against the viewer, up and down: ${motion}`);
 }
 
 /** Checks that the mesh fills the frame with almost no gaps, which the backdrop closes. */
@@ -79,7 +79,7 @@ async function assertNextToNoGaps(page) {
     assert.equal(await countGaps(page, true), 0);
 }
 
-/** Checks that the clear color is invisible everywhere. Prints the largest number of pixels that show it without the backdrop. */
+/** Checks that no pixel shows the clear color, at all places. Prints the largest number of pixels that show it without the backdrop. */
 async function assertNoGaps(page, where = places) {
     let largest = 0;
     for (const place of where) {
@@ -87,7 +87,7 @@ async function assertNoGaps(page, where = places) {
         largest = Math.max(largest, await countGaps(page, false));
         assert.equal(await countGaps(page, true), 0, JSON.stringify(place));
     }
-    console.log(`        ${largest} pixels without the backdrop`);
+    console.log(`        at most ${largest} gap pixels without the backdrop`);
     return largest;
 }
 
@@ -145,7 +145,7 @@ await test("the page cannot send network requests", opened(still), async (page) 
         return (await refused).effectiveDirective;
     });
     assert.equal(directive, "connect-src");
-    page.errors.length = 0; // the console has the refusal
+    page.errors.length = 0; // the console reports the refusal
 });
 
 // Motion
@@ -157,7 +157,7 @@ await test("an idle viewer sways around the photo's viewpoint until the first in
     assert.equal(isSwaying, false);
 });
 
-await test("the sway ends after a few turns at the photo's viewpoint, and then nothing is drawn", opened(), async (page) => {
+await test("after a few turns, the sway ends at the photo's viewpoint, and nothing more is drawn", opened(), async (page) => {
     await page.evaluate(() => {
         const shown = document.querySelector("photo-3d");
         shown.setAttribute("sway", "0.2");
@@ -179,7 +179,7 @@ await test("when the mouse leaves, the viewer returns to rest", opened(), async 
     assert.deepEqual((await settle(page)).reach, { right: 0, up: 0, forward: 0 });
 });
 
-await test("the mouse looks around, and near surfaces move against it", opened(), async (page) => {
+await test("moving the mouse looks around, and near surfaces move against it", opened(), async (page) => {
     const middle = await hover(page, 0, 0);
     assertNear(middle.reach.right, 0, 0.01, "right");
     const before = await picture(page);
@@ -199,7 +199,7 @@ await test("the mouse looks around, and near surfaces move against it", opened()
 await test("at the limits, the frame shows almost no gaps", opened(countable), async (page) => {
     for (const [right, up] of [[1, 1], [-1, 0.2], [0.2, -1], [-1, 1]]) {
         const { reach, angles, visibility } = await hover(page, 0.99 * right, 0.99 * up);
-        assertNear(Math.hypot(reach.right, reach.up), 1, 0.001, "the way from the middle");
+        assertNear(Math.hypot(reach.right, reach.up), 1, 0.001, "the distance from the middle");
         assert.equal(visibility, 1);
         assert.ok(Math.max(Math.abs(angles.horizontal), Math.abs(angles.vertical)) < 10, JSON.stringify(angles));
         await assertNextToNoGaps(page);
@@ -219,7 +219,7 @@ async function dropWith(page, file, motion) {
     return json;
 }
 
-await test("a page shows the whole photo, and --motion limits the motion sideways and into the scene", empty({ ...still, ...countable }), async (page) => {
+await test("a page shows the whole photo, and the file's motion limits the viewer sideways and into the scene", empty({ ...still, ...countable }), async (page) => {
     await dropWith(page, glb, 0.08);
     assert.equal(await hiddenBorder(page), 0);
     const psnr = await desk.psnr(await picture(page), photo);
@@ -312,7 +312,7 @@ await test("a hint explains once how to look around, beside the photo if there i
     await hint.waitFor();
     assert.match(await hint.innerText(), /look around/);
     const [text, shown] = [await hint.boundingBox(), await page.locator("photo-3d #photo").boundingBox()];
-    assert.ok(text.x + text.width <= shown.x, "off the photo");
+    assert.ok(text.x + text.width <= shown.x, "the hint is beside the photo");
     await page.mouse.move(400, 200);
     assert.ok(await hint.isHidden());
     await page.reload();
@@ -378,7 +378,7 @@ await test("turning the device shows the scene from the side that it turned away
     await assertParallax(page, before, { right: -1, up: 0 });
     await turnDevice(page, 0, 60, 80);
     const end = await settle(page);
-    assertNear(Math.hypot(end.reach.right, end.reach.up), 1, 1e-3, "the way from the middle");
+    assertNear(Math.hypot(end.reach.right, end.reach.up), 1, 1e-3, "the distance from the middle");
     assert.equal(end.visibility, 1);
 });
 
@@ -420,7 +420,7 @@ const seenStill = { ...still, ...countable };
 for (const name of ["sample", "sample_compressed", "sample_full"])
     await test(`no gap in ${name}.html shows the clear color`, () => openPhoto(context, join(top, `out/${name}.html`), seenStill), (page) => assertNoGaps(page));
 
-await test("a page in the paper's frame has no gap, and shows the photo without its border", () => openPhoto(context, croppedPage, seenStill), async (page) => {
+await test("a page with the paper's cropped frame has no gap, and shows the photo without its border", () => openPhoto(context, croppedPage, seenStill), async (page) => {
     assertNear(await hiddenBorder(page), 0.034, 1e-6, "the hidden border");
     assert.ok((await desk.psnr(await picture(page), photo, await hiddenBorder(page))) > 28);
     await assertNoGaps(page);
@@ -444,10 +444,10 @@ await test("the photo reappears after the graphics card has lost all data", () =
     await goTo(page, { right: -1, up: 0 });
     const before = await picture(page);
     await page.evaluate(() => window.contexts[0].getExtension("WEBGL_lose_context").loseContext());
-    assert.ok((await desk.psnr(await picture(page), before)) > 50, "meanwhile its picture stays");
+    assert.ok((await desk.psnr(await picture(page), before)) > 50, "meanwhile, the last picture stays");
     await page.waitForFunction(() => window.contexts.length === 2);
     await goTo(page, { right: 1, up: 0 });
-    assert.ok((await desk.psnr(await picture(page), before)) < 40, "it moves");
+    assert.ok((await desk.psnr(await picture(page), before)) < 40, "the picture changes with the viewpoint");
     assert.equal(await countGaps(page, true), 0);
     await goTo(page, { right: -1, up: 0 });
     assert.ok((await desk.psnr(await picture(page), before)) > 50);
@@ -467,7 +467,7 @@ const moveHead = async (page, change) => {
     return settle(page);
 };
 
-await test("a headset shows two views, and the head moves one to one", opened({ scripts: headsetScripts }), async (page) => {
+await test("a headset shows two views, and head motion in meters moves the viewer as far", opened({ scripts: headsetScripts }), async (page) => {
     await hover(page, 0, 0);
     const flat = await picture(page);
     const home = await enterHeadset(page);
@@ -505,7 +505,7 @@ await test("no gap in a headset shows the clear color", opened({ scripts: [...he
     for (const way of [0, 0.02, -0.05]) {
         await moveHead(page, `window.emulated.position.x += ${way}`);
         const without = await countGaps(page, false);
-        console.log(`        ${without} pixels without the backdrop`);
+        console.log(`        ${without} gap pixels without the backdrop`);
         assert.equal(await countGaps(page, true), 0);
     }
 });
@@ -513,7 +513,7 @@ await test("no gap in a headset shows the clear color", opened({ scripts: [...he
 await test("a headset that tracks only rotation uses a neck model", opened({ scripts: rotationOnlyScripts }), async (page) => {
     const home = await enterHeadset(page);
     const still = await moveHead(page, () => (window.emulated.position.x += 0.3));
-    assertNear(betweenEyes(still)[0], betweenEyes(home)[0], 1e-3, "what such a headset says of its place does not count");
+    assertNear(betweenEyes(still)[0], betweenEyes(home)[0], 1e-3, "the position that such a headset reports is ignored");
     // A turn by 60 degrees to the left moves the eyes 8 cm x sin 60 to the left and 8 cm x (1 - cos 60) back.
     const turned = await moveHead(page, () => window.emulated.quaternion.set(0, Math.sin(Math.PI / 6), 0, Math.cos(Math.PI / 6)));
     const motion = betweenEyes(turned).map((value, axis) => value - betweenEyes(home)[axis]);
@@ -570,7 +570,7 @@ for (const name of ["sample", "sample_full"])
         assert.ok(psnr > 25, `${psnr} dB`);
     });
 
-await test("users can choose a file, which needs no camera", empty(still), async (page) => {
+await test("users can choose a file, even one without a camera", empty(still), async (page) => {
     await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(croppedGlb) });
     await waitUntilDrawn(page);
     const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
@@ -590,7 +590,7 @@ await test("a blurred picture of the photo fills holes in a mesh", empty({ ...se
     assert.ok(closed > 24 && closed > open + 5, `${closed} and ${open} dB`);
 });
 
-await test("the viewer shows a model that is no photo from the front", empty(still), async (page) => {
+await test("a model that is no photo is shown from the front", empty(still), async (page) => {
     await drop(page, "square.glb", square());
     await waitUntilDrawn(page);
     const share = await desk.shareOf(await picture(page), [255, 255, 255]);
@@ -598,7 +598,7 @@ await test("the viewer shows a model that is no photo from the front", empty(sti
 });
 
 for (const density of [1, 3])
-    await test(`edges are antialiased where a pixel of the page has ${density} x ${density} of the screen`, empty(still), async (page) => {
+    await test(`edges are antialiased if a CSS pixel has ${density} x ${density} pixels of the screen`, empty(still), async (page) => {
         const devtools = await context.newCDPSession(page);
         await devtools.send("Emulation.setDeviceMetricsOverride", { width: 320, height: 400, deviceScaleFactor: density, mobile: false });
         await drop(page, "square.glb", square(0.15));
@@ -615,7 +615,7 @@ await test("a message names a file that can't be shown, and the photo stays", op
     const before = await picture(page);
     await drop(page, "notes.txt", Buffer.from("hello, this is no model"));
     await page.locator("#message").waitFor();
-    assert.match(await page.locator("#message").innerText(), /notes\.txt can't be shown.*no GLB/);
+    assert.match(await page.locator("#message").innerText(), /notes\.txt can't be shown.*not a GLB/);
     await drop(page, "cut.glb", glb.subarray(0, 5000));
     await page.locator("#message", { hasText: "cut.glb can't be shown. It is cut off." }).waitFor();
     await page.evaluate(() => document.querySelector("photo-3d").report(""));

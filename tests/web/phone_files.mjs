@@ -63,7 +63,7 @@ export function withAppleDepth(photo, depthJpeg) {
             `xmlns:apdi="http://ns.apple.com/pixeldatainfo/1.0/" apdi:AuxiliaryImageType="disparity" apdi:FloatMinValue="0.25" apdi:FloatMaxValue="1.5"`,
         ),
     );
-    // Directory of one entry, the list of pictures: 16 bytes for each.
+    // A directory with one entry: the list of pictures, 16 bytes each.
     const list = (at) =>
         Buffer.concat([
             Buffer.from("MPF\0MM\0*\0\0\0\x08\0\x01", "latin1"),
@@ -72,6 +72,6 @@ export function withAppleDepth(photo, depthJpeg) {
             Buffer.concat([bigEndian(0, 4), bigEndian(depth.length, 4), bigEndian(at, 4), bigEndian(0, 4)]),
         ]);
     const length = withSegments(photo, segment(0xe2, list(0))).length;
-    const origin = 2 + 4 + 4; // origin of positions in the segment: start of the file, marker and length, "MPF"
+    const origin = 2 + 4 + 4; // bytes before the origin of positions: the file's first marker; marker and length of the segment; "MPF"
     return Buffer.concat([withSegments(photo, segment(0xe2, list(length - origin))), depth]);
 }

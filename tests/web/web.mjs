@@ -29,14 +29,14 @@ const test = (fact, open, check) => tests.run(fact, open, check, (page) => page 
 /** A shared page for tests that only convert, because opening a page takes longer than most of these tests. */
 let shared = null;
 
-/** Runs the program in the folder of the tests. Returns its message, without "photo3d: ". */
+/** Runs the program on a file that it must refuse. Returns its message, without "photo3d: ". */
 function messageOfProgram(name) {
     const { status, stderr } = spawnSync(program, [name, "-o", "refused.glb", "--quiet"], { cwd: made, encoding: "utf8" });
     assert.equal(status, 1, `the program refuses ${name}`);
     return stderr.trim().replace(/^photo3d: /, "");
 }
 
-/** Runs the program. Returns the GLB, and the texture before encoding. */
+/** Converts a file with the program. Returns the GLB, and the texture before encoding. */
 async function convertWithProgram(name) {
     execFileSync(program, [name, "-o", "program.glb", "--stages", "stages", "--quiet"], { cwd: made });
     return { glb: await readFile(join(made, "program.glb")), atlas: await readFile(join(made, "stages/10_atlas.png")) };
@@ -162,7 +162,7 @@ for (const kind of ["chromium", "firefox"]) {
         });
         assert.deepEqual([photo.width, photo.height, photo.isPastFrame], [1152, 1536, true]);
         assert.equal(Object.keys(photo.stages).length, 10, "every stage reports");
-        assert.deepEqual(page.requests, [], "nothing is asked for");
+        assert.deepEqual(page.requests, [], "no requests");
     });
 
     await test(`${kind}: the GLB of a PNG equals the program's`, openShared, (page) => assertEqualsProgram(page, "photo.png"));
@@ -197,7 +197,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     await test("the page uses depth inside phone photos, like the program: GDepth, Dynamic Depth, Apple's format", openShared, async (page) => {
-        // A slope with a box before it.
+        // A slope with a box in front of it.
         const map = grayPng(64, 48, (y, x) => Math.round(20 + y) + (Math.abs(y - 32) < 12 && Math.abs(x - 24) < 10 ? 120 : 0));
         const mapJpeg = Buffer.from(await jpegOf(page, map), "base64");
         const photos = {
@@ -212,7 +212,7 @@ async function testsOfChromium(browser, open, openShared) {
             assert.equal(facts.depthSource, source);
             meshes.add(contentOf(glb).numbers.join());
         }
-        assert.equal(meshes.size, 3, "the three maps mean different depth");
+        assert.equal(meshes.size, 3, "the three formats are read as different depth");
     });
 
     await test("for a photo with unusable depth inside, the page prints the reason and estimates depth", openShared, async (page) => {
@@ -269,7 +269,7 @@ async function testsOfChromium(browser, open, openShared) {
         }
     });
 
-    await test("saves the GLB, a page that moves on its own, and a video", open({ width: 480, height: 640 }), async (page) => {
+    await test("the page saves the GLB, a page whose photo moves on its own, and a video", open({ width: 480, height: 640 }), async (page) => {
         await choose(page, sample);
         await page.evaluate(() => {
             window.saved = [];
@@ -319,11 +319,11 @@ async function testsOfChromium(browser, open, openShared) {
             return Promise.all(attempts.map((attempt) => Promise.resolve().then(attempt).then(() => true, () => false)));
         });
         assert.deepEqual(isSent, [false, false, false]);
-        assert.ok(page.errors.some((line) => /Content Security Policy/.test(line)), "the policy refuses it, not the network");
+        assert.ok(page.errors.some((line) => /Content Security Policy/.test(line)), "the policy refuses the requests, not the network");
         page.errors = [];
     });
 
-    await test("fits phones in portrait, in landscape and in dark mode", open({ width: 360, height: 640, features: [{ name: "prefers-color-scheme", value: "dark" }] }), async (page) => {
+    await test("the page fits phones in portrait, in landscape and in dark mode", open({ width: 360, height: 640, features: [{ name: "prefers-color-scheme", value: "dark" }] }), async (page) => {
         await page.screenshot({ path: join(made, "phone_empty.png") });
         await choose(page, sample);
         for (const [name, width, height] of [["upright", 360, 640], ["lying", 740, 360]]) {
@@ -346,7 +346,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(await findings(), []);
     });
 
-    await test("memory stays the same over many photos", openShared, async (page) => {
+    await test("the size of the heap stays the same over many photos", openShared, async (page) => {
         const heaps = [];
         for (let i = 0; i < 4; ++i) await convert(page, "sample.jpg", sampleBytes);
         for (let i = 0; i < 6; ++i) heaps.push((await convert(page, "sample.jpg", sampleBytes)).facts.heap);
@@ -355,7 +355,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     const isolating = await serve(site, isolation);
-    await test("with threads, on a server that isolates the page, the GLB has the same bytes", () => openPage(browser, isolating.address), async (page) => {
+    await test("on a server that isolates the page, it uses threads and makes the same bytes", () => openPage(browser, isolating.address), async (page) => {
         assert.ok(await hasAllThreads(page));
         const alone = await openPage(browser, onePage);
         assert.equal((await alone.evaluate(() => window.photo3d.converter.ready)).threads, 1);
@@ -370,7 +370,7 @@ async function testsOfChromium(browser, open, openShared) {
     await isolating.stop();
 
     const withHeic = await serve(site);
-    await test("the folder reads HEIC and the depth inside like the program, online and offline", () => openPage(browser, withHeic.address), async (page) => {
+    await test("the page on a server reads HEIC and the depth inside like the program, online and offline", () => openPage(browser, withHeic.address), async (page) => {
         assert.deepEqual(page.requests.filter((url) => /heic/.test(url)), [], "the reader is not fetched before it is needed");
         execFileSync("heif-enc", [sample, "-o", join(made, "plain.heic")], { stdio: "ignore" });
         assert.equal((await assertEqualsProgram(page, "plain.heic")).facts.depthSource, "");
@@ -392,7 +392,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     const server = await serve(site);
-    await test("the folder works from a server, and offline after the first visit", () => openPage(browser, server.address), async (page) => {
+    await test("the page works on a server, and offline after the first visit", () => openPage(browser, server.address), async (page) => {
         assert.equal((await choose(page, sample)).error, undefined);
         assert.deepEqual(page.requests.filter((url) => !url.startsWith(server.address)), [], "only the server's own files");
         await page.evaluate(() => navigator.serviceWorker.ready);

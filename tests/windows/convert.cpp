@@ -2,7 +2,7 @@
 // with only the standard library. For any compiler and any LDI_ISA, the bytes are the same.
 //
 //     convert NAME DEPTH RESULT   DEPTH: "map" or "network"; runs in the root of the repository
-//     convert sets - -            prints the values of LDI_ISA that this machine has
+//     convert sets - -            prints the values of LDI_ISA that this machine supports
 #include <ldi/ldi.hpp>
 
 #include <examples/learn/sample.hpp>

@@ -25,7 +25,7 @@ link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=("$@")
 if [ "${#tests[@]}" = 0 ]; then
-    # Without tests that need other libraries or POSIX, and tests of the programs. The conversion runs the whole networks.
+    # Excludes tests of the programs, and tests that need other libraries or POSIX. The conversion runs the whole networks.
     mapfile -t tests < <(grep -LE 'setenv|<(nlohmann|Eigen|xtensor|zlib|tiny_gltf|unistd|sys/)|ldi/(io|adapt)/|npy\.hpp|LDI_SHARED_DIR|peak_memory|caffe2_files|photo_scene' \
         tests/{base,core,kernels,nn/dense,nn/ldi,depth,occlusion,inpaint,charts,texture,mesh,render,formats}/*.cpp | sed -E 's|^tests/(.*)\.cpp$|\1|')
 fi
@@ -59,7 +59,7 @@ compile_all() {
     done
     [ "$failures" = 0 ]
 }
-# Each file is a program of its own, so that the others still run if one does not compile or crashes.
+# Each test file becomes a separate program, so that the others still run if one does not compile or crashes.
 run_test() {
     [ -f "$(object_of "$1")" ] &&
         mingw -static "$build/main.o" "$(object_of "$1")" -o "$build/test.exe" &&

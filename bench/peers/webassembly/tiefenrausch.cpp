@@ -35,7 +35,7 @@ int main(int count, char** arguments) {
         for (std::size_t p = 0; p < found.size(); ++p) different += found.data()[p] != expected.values[p];
     }
     std::sort(times.begin(), times.end());
-    std::printf("median %.2f fewest %.2f, %zu pixels differ, %s\n", times[times.size() / 2], times[0], different,
+    std::printf("median %.2f minimum %.2f, %zu pixels differ, %s\n", times[times.size() / 2], times[0], different,
                 std::string(to_string(network.target())).c_str());
     return different == 0 ? 0 : 1;
 }

@@ -122,7 +122,7 @@ void add_layers(py::module_& module) {
         "curves", [](const layer_value& l) { return references(py::cast(l.silhouettes), l.silhouettes->curves); },
         "the silhouettes, as a list of Curve");
     layer.def_property_readonly(
-        "depth", [](const layer_value& l) { return l.silhouettes->depth; }, "what it was made from");
+        "depth", [](const layer_value& l) { return l.silhouettes->depth; }, "the Depth that lift() turned into this Layer");
     add_pickle(layer, &layer_from);
 
     py::class_<layers_value, std::shared_ptr<layers_value>> layers(

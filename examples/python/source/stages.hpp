@@ -93,7 +93,8 @@ inline std::shared_ptr<layers_value> make_past_frame(const layers_value& layers)
 }
 
 inline std::shared_ptr<charts_value> make_chart_set(const layers_value& layers) {
-    // Layers that an inpainter is called with have no facts; Python's options leave the rule at its default.
+    // The layers that a Python inpainter receives have no facts. The default rule is the right one for them, since Python has no
+    // option to change it.
     const surface_rule surface = layers.silhouettes == nullptr ? surface_rule{} : layers.silhouettes->facts.surface;
     const py::gil_scoped_release unlocked;
     return std::make_shared<charts_value>(charts_value{make_charts(layers.layers, surface), layers.geometry});

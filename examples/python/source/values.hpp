@@ -14,7 +14,7 @@
 
 namespace ldi::python {
 
-/// Layers, charts, atlases and meshes fit together if they have the same identifier, a random number that expand() generates.
+/// Layers, charts, atlases and meshes belong together if they have the same identifier, a random number that expand() generates.
 using geometry_id = std::uint64_t;
 
 inline geometry_id new_geometry_id() {
@@ -43,7 +43,7 @@ struct layer_value {
 /// ldi.Layers
 struct layers_value {
     working_layers<> layers;
-    std::shared_ptr<silhouettes_value> silhouettes;  ///< null for layers that a Python inpainter is called with
+    std::shared_ptr<silhouettes_value> silhouettes;  ///< null for the layers that a Python inpainter receives
     float motion = 0;
     std::int32_t margin = 0;  ///< photo_facts::margin
     geometry_id geometry = 0;
@@ -76,7 +76,7 @@ void check_same_geometry(const layers_value& layers, const Parts&... parts) {
               "parts of different ones");
 }
 
-/// Raises mismatch for layers that an inpainter was called with.
+/// Raises mismatch for layers that a Python inpainter received, which have no silhouettes.
 inline const silhouettes_value& silhouettes_of(const layers_value& layers) {
     if (layers.silhouettes == nullptr)
         raise(error_code::mismatch, "layers", "layers made by expand(), inpaint() or photo3d()",
@@ -84,7 +84,7 @@ inline const silhouettes_value& silhouettes_of(const layers_value& layers) {
     return *layers.silhouettes;
 }
 
-/// Raises mismatch for layers that an inpainter was called with.
+/// Raises mismatch for layers that a Python inpainter received, which have no facts.
 inline photo_facts facts_of(const layers_value& layers) {
     photo_facts facts = silhouettes_of(layers).facts;
     facts.motion = layers.motion, facts.margin = layers.margin;

@@ -1,12 +1,13 @@
 """Finds the value ranges for 8-bit arithmetic on training photographs.
 
-Every tensor between two layers has 256 even steps between its extremes on the photographs, times a factor. Values outside are clipped. In
-decoders, clipping costs far more than coarse steps: with the ranges of minimum mean square error, a phone photo with strong contrasts has
-40 dB relative to float32, with 1.5 times the extremes 48 dB and more, while other photos lose 2 of 55 dB (weights of 7,822 steps).
-In encoders, values have long thin tails, and finer steps are better: a factor of 0.75 gains 1 to 4 dB over 1.5.
+Every tensor between two layers is rounded to 256 even steps. They span the tensor's extremes on the photographs times a factor; values
+outside are clipped. In decoders, clipping costs far more than coarse steps. With the ranges of minimum mean square error, the 8-bit result
+for a phone photo with strong contrasts has a PSNR of 40 dB relative to float32; with 1.5 times the extremes, it has 48 dB and more, while
+other photos lose 2 of 55 dB (weights of 7,822 steps). In encoders, few values are near the extremes, and finer steps are better: a factor
+of 0.75 gains 1 to 4 dB over 1.5.
 
-Only values that the library computes count. Training covers decoders inside holes only; far from holes, their values are large,
-meaningless and never computed by the library.
+The extremes cover only values that the library computes. Decoders are trained inside holes only; far from holes, their values are large
+and meaningless, and the library never computes them.
 """
 import os
 
@@ -34,7 +35,7 @@ def crops(folder, count, size, seed):
 
 
 def decoded(hole, exists):
-    """Returns per level, finest first, the pixels whose decoder values the holes at the finest level depend on."""
+    """Returns a mask per level, finest first: 1 at the pixels whose decoder values affect a hole at the finest level."""
     needed = [hole]
     for _ in range(model.LEVELS):
         exists = model.coarsen_mask(exists)

@@ -10,7 +10,7 @@ import masks
 
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
-SHRUNK_MASKS = 0.25  # share of shrunk masks, of which the crop shows a larger part
+SHRUNK_MASKS = 0.25  # share of masks that are shrunk, so that a crop shows a larger part of them
 OWN_HOLES = 0.5  # share of crops with holes behind their own surfaces, among those with known disparity
 OWN_MOTION = 20, 90  # range of parallax between disparity 1 and 0 in these crops, in pixels
 VALIDATION_EVERY = 32  # one in this number of training photographs is held out for validation
@@ -103,7 +103,9 @@ def read_disparities(folder):
 
 
 class Photographs:
-    """disparities: output folder of tiefenrausch_small/prepare.py, for holes behind the photographs' own surfaces"""
+    """The photographs of a folder, for training and for validation.
+
+    disparities: output folder of tiefenrausch_small/prepare.py, for holes behind the photographs' own surfaces; None: random holes only"""
 
     def __init__(self, folder, disparities=None):
         named, taught = read_folder(folder), set(training_names(folder))
@@ -115,7 +117,7 @@ class Photographs:
         self.disparities = [found.get(os.path.splitext(name)[0]) for name, _ in named if name in taught]
 
     def own_labels(self, rng, pick, window, size):
-        """Returns holes behind the surfaces of a photograph's crop, or None if the crop has no step of disparity, or no disparity."""
+        """Returns holes behind the surfaces of a photograph's crop; None if the photograph has no disparity, or the crop too few hole pixels."""
         if self.disparities[pick] is None:
             return None
         height, width = self.train[pick].shape[:2]

@@ -216,7 +216,7 @@ def main():
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")
         if a.sheets:
             os.makedirs(a.sheets, exist_ok=True)
-            # ranked relative to Telea, so that easy holes do not rank as good
+            # Ranks fills by their lead over Telea's method; ranked by PSNR, the easiest holes would be the best fills.
             lead = np.array([ours["psnr"] - other["psnr"] for ours, other in zip(results["Farbrausch"], results["Telea"])])
             order = np.argsort(lead)
             columns = [results["Telea"], results["Farbrausch"]]

@@ -2,9 +2,9 @@
 
     python3 export.py --checkpoint FOLDER/checkpoint.pt --photos PHOTOS --out farbrausch.safetensors [--type float16|float32]
 
-The normalization is folded in, so the file holds ten convolutions: encoder.0 .. encoder.4, decoder.0 .. decoder.4, each with `weight`
-(out x in x height x width) and `bias`, and for 8-bit arithmetic `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`,
-found on 48 of the photographs (calibrate.py). Exports the running average of the weights.
+Exports the running average of the weights. The normalization is folded in, so the file has ten convolutions, encoder.0 to encoder.4 and
+decoder.0 to decoder.4, each with `weight` (out x in x height x width) and `bias`. For 8-bit arithmetic, it also has `input.range`,
+`encoder.I.range` and, except for the last layer, `decoder.I.range`; calibrate.py finds these ranges on 48 of the photographs.
 """
 import argparse
 import hashlib
@@ -80,7 +80,7 @@ def main():
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "farbrausch", "architecture": json.dumps(architecture()), "provenance": json.dumps(provenance(a.photos, state, a.note))})
 
-    # picture of odd size without absent pixels, on which operators for images and for layered depth images agree
+    # On this picture of odd size, where all pixels exist, operators for images and for layered depth images agree.
     generator = torch.Generator().manual_seed(1)
     image = torch.rand(1, 3, 7, 9, generator=generator)
     image = torch.nn.functional.interpolate(image, (75, 97), mode="bilinear", align_corners=False)

@@ -1,10 +1,10 @@
-// Inpaints with the library for the Python program beside it: pictures with holes come in on the standard input, filled ones go
-// out.
+// Inpaints with the library, for evaluate.py: reads pictures with holes from the standard input until its end, and writes each
+// filled picture to the standard output.
 //
 //   inpaint WEIGHTS.safetensors
 //
-// In, as often as one likes: height, width (int32), height x width x 3 bytes, then height x width labels: 0 known, 1 hole, 2 does
-// not exist, as masks.py has them. Out, for each: height x width x 3 bytes; what does not exist is black.
+// Input per picture: height, width (int32); height x width x 3 bytes, red first; height x width bytes with the labels of
+// masks.py: 0 known, 1 hole, 2 does not exist. Output per picture: height x width x 3 bytes; pixels that do not exist are black.
 
 #include <ldi/inpaint/texture_transfer.hpp>
 #include <ldi/io/farbrausch_file.hpp>
@@ -23,7 +23,7 @@ constexpr std::uint8_t label_known = 0, label_absent = 2;
 
 bool read(void* values, std::size_t size) { return std::fread(values, 1, size, stdin) == size; }
 
-/// A layered image of one layer, without the pixels that do not exist.
+/// Returns a layered image of one layer, without the pixels that do not exist.
 ldi::photo_layers existing(ldi::array_view<const std::uint8_t> color, const ldi::buffer<std::uint8_t>& labels, std::int32_t width,
                            std::int32_t height) {
     ldi::photo_layers layers(ldi::make_grid(width, height));
@@ -43,7 +43,7 @@ void serve(const ldi::farbrausch& network) {
         const std::size_t pixels = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
         ldi::buffer<std::uint8_t> color(3 * pixels), labels(pixels), filled(3 * pixels);
         if (!read(color.data(), color.size()) || !read(labels.data(), labels.size()))
-            throw std::runtime_error("a picture that is cut off");
+            throw std::runtime_error("the input ends within a picture");
         ldi::photo_layers layers = existing(color, labels, size[1], size[0]);
         network.inpaint(layers, {}, threads);
         ldi::add_texture(layers);

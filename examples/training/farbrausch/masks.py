@@ -1,11 +1,11 @@
 """Holes behind silhouettes, as label images: 0 known, 1 hole (to be inpainted), 2 does not exist.
 
 Draws a random foreground shape. The surface behind it expands inward from its outline by a reach, like in the LDI stage (paper,
-"Hallucinating occluded geometry"): this band is the hole. The rest of the shape does not exist on the background's sheet. A shape
-narrower than twice the reach is a hole altogether.
+"Hallucinating occluded geometry"): this band is the hole. In the rest of the shape, the background has no pixels ("does not exist").
+A shape narrower than twice the reach is a hole altogether.
 
 Alternatively, `covered` uses the photograph's own foreground: the area that it covers when the camera moves is the hole; the foreground
-itself does not exist.
+itself counts as "does not exist".
 """
 import cv2
 import numpy as np
@@ -103,8 +103,8 @@ def draw(rng, size=256):
 
 
 def covered(disparity, motion, angle):
-    """Returns labels for a photograph from its disparity (H x W, 0 to 1): the hole is the area that nearer surfaces cover when disparity 1
-    moves by `motion` pixels relative to disparity 0 in direction `angle`; the covering surfaces do not exist."""
+    """Returns labels for a photograph from its disparity (H x W, 0 to 1). HOLE: pixels that nearer surfaces would cover if disparity 1 moved by
+    `motion` pixels relative to disparity 0 in direction `angle`. ABSENT: the nearer surfaces around the hole."""
     height, width = disparity.shape
     y, x = np.mgrid[0:height, 0:width]
     to_y, to_x = (np.rint(at + motion * way * disparity).astype(np.int32) for at, way in ((y, np.sin(angle)), (x, np.cos(angle))))

@@ -9,7 +9,7 @@ windows around a pixel, stride-2 coarsening that keeps the even pixels, and near
 
     exists  1 where the sheet has a pixel. The surface in front of a hole is a separate sheet of a layered depth image, without links
             to the hole, so the network must not read it. Pixels with 0 are not read at any scale.
-    known   1 where the photograph has the color; 0 in the hole. At most `exists`.
+    known   1 where the photograph has the color; 0 in the hole and where `exists` is 0
 
 README.md states every step as arithmetic on a layered depth image.
 """
@@ -26,7 +26,7 @@ GROWTH = 4  # pixels by which the coarsest level's colors grow into its unknown 
 
 
 def upsample(x, like):
-    """Upsamples to nearest by two and crops to the size of `like` (coarsening keeps the last row and column of an odd size)."""
+    """Repeats every pixel in a 2 x 2 block and crops to the size of `like` (coarsening keeps the last row and column of an odd size)."""
     x = F.interpolate(x, scale_factor=2, mode="nearest")
     return x[:, :, :like.shape[2], :like.shape[3]]
 
@@ -63,10 +63,10 @@ def spread(color, mask, exists, keep_color, keep, passes):
 def smooth_fills(image, known, exists):
     """Returns (fill, tone), both B x 3 x H x W and zero where no pixel exists.
 
-    fill  the image where known; in the holes, an approximation of isotropic diffusion in a fixed number of passes, 0.2 dB worse.
-          The network's output is added to it.
-    tone  the mean color of a wide neighborhood, known or not. It is subtracted from the network's input, so that a red and a gray door
-          look alike and the network never predicts an absolute color.
+    fill  the image where known; in the holes, an approximation of isotropic diffusion in a fixed number of passes (0.2 dB worse than
+          the exact solution). The network's output is added to it.
+    tone  the mean color of a wide neighborhood, for known pixels and holes alike. It is subtracted from the network's input, so that a
+          red and a gray door look alike and the network never predicts an absolute color.
     """
     colors, masks, existing = [image * known], [known], [exists]
     for _ in range(LEVELS):
@@ -104,8 +104,8 @@ class PartialConvolution(nn.Module):
         self.norm = nn.BatchNorm2d(c_out) if normalize else None
 
     def forward(self, parts, exists):
-        """parts: [(values B x C x H x W, mask B x 1 x H x W)], concatenated along the channels, values zero where their mask is;
-        exists: of the output's size."""
+        """parts: [(values B x C x H x W, mask B x 1 x H x W)], concatenated along the channels; values are zero where their mask is zero.
+        exists: B x 1 x H' x W', where H' x W' is the size of the output."""
         x = torch.cat([values for values, _ in parts], 1) if len(parts) > 1 else parts[0][0]
         with torch.no_grad():
             weighted = sum(mask * values.shape[1] for values, mask in parts)
@@ -131,7 +131,7 @@ class Farbrausch(nn.Module):
         c_in = [INPUTS, *CHANNELS[:-1]]
         self.encoder = nn.ModuleList(
             PartialConvolution(a, b, k, 2, normalize=i > 0, leak=0.0) for i, (a, b, k) in enumerate(zip(c_in, CHANNELS, KERNELS)))
-        # decoder[j] undoes encoder[LEVELS - 1 - j]
+        # decoder[j] doubles the resolution that encoder[LEVELS - 1 - j] halved
         self.decoder = nn.ModuleList()
         previous = CHANNELS[-1]
         for i in reversed(range(LEVELS)):

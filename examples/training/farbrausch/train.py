@@ -2,8 +2,8 @@
 
     python3 train.py --photos PHOTOS --out FOLDER
 
-Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: a second start with the same FOLDER resumes
-the training. Create a file in FOLDER to control it:
+Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: the same command resumes an interrupted
+training. To control a training, create one of these files in FOLDER:
 
     stop    saves and ends. Delete the file and start again to resume.
     finish  lowers the learning rate to zero along a cosine over the next 10 minutes, or the number of minutes in the file, saves and ends.
@@ -42,7 +42,7 @@ def losses(y, image, known, exists):
     area = hole.sum((1, 2, 3)).clamp(min=1)
     error, terms = (y - image) * hole, {}
     terms["hole"] = ABSOLUTE_WEIGHT * error.abs().sum() / (3 * area.sum())
-    # the logarithm gives easy holes (sky) the weight of hard ones; its average is PSNR
+    # The logarithm gives easy holes (sky) the same weight as hard ones. Apart from sign and scale, its average is the mean PSNR.
     terms["decibel"] = DECIBEL_WEIGHT * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
     gradient, weight = 0.0, exists
     for scale in range(GRADIENT_SCALES):
@@ -84,8 +84,8 @@ def validate(net, batches):
 
 @torch.no_grad()
 def continue_from(net, path, batches):
-    """Loads an exported file with folded normalization. Inserts a normalization per layer that does not change
-    its output: its scale and shift are the standard deviation and the mean of the layer's output on the batches."""
+    """Loads an exported file, whose normalization is folded in. Inserts a new normalization into each layer without changing the layer's
+    output: its scale and shift are the standard deviation and the mean of the layer's output on the batches."""
     for (_, layer), (_, folded) in zip(export.layers(net), export.layers(export.network_of(path))):
         layer.weight.copy_(folded.weight)
         if layer.norm is None:
@@ -124,7 +124,7 @@ class Run:
         self.step, self.seconds = 0, 0.0  # processor seconds
 
     def state(self):
-        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
+        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimizer": self.optimizer.state_dict(),
                 "step": self.step, "seconds": self.seconds}
 
     def save(self, path):
@@ -135,8 +135,8 @@ class Run:
         state = torch.load(path)
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
-        self.optimizer.load_state_dict(state["optimiser"])
-        for group in self.optimizer.param_groups:  # the checkpoint contains the options of its own run
+        self.optimizer.load_state_dict(state["optimizer"])
+        for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint by this run's
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 
@@ -173,7 +173,7 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--photos", required=True, help="folder of photographs")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
-    p.add_argument("--weights", help="exported file to start from if FOLDER has no checkpoint, such as for your own photographs")
+    p.add_argument("--weights", help="exported weights to start from if FOLDER has no checkpoint, for example to fine-tune them on your own photographs")
     p.add_argument("--disparities", help="output folder of tiefenrausch_small/prepare.py for the photographs, for holes behind their own surfaces")
     p.add_argument("--lpips", help="folder of lpips.py, to add the perceived difference to the loss")
     p.add_argument("--crop", type=int, default=128, help="width in pixels, a multiple of 32")

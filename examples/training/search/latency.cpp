@@ -2,9 +2,10 @@
 //
 //   latency [ROUNDS] < NETWORKS.json > MILLISECONDS.json
 //
-// In: {"name": {"height": H, "width": W, "channels": C, "operators": [[kind, first input, second input, kernel, stride or factor,
-// outputs], ...]}, ...}; kinds as in nn/dense/quantized_weights.hpp. Out: {"isa": name, "milliseconds": {"name": time, ...}}. All
-// networks take turns ROUNDS times (default 5); the least processor time of each counts, because other programs only add to it.
+// Input: {"name": {"height": H, "width": W, "channels": C, "operators": [[kind, first input, second input, kernel, stride or
+// factor, outputs], ...]}, ...}; kinds as in nn/dense/quantized_weights.hpp. Output: {"isa": name, "milliseconds": {"name": time,
+// ...}}. Each of the ROUNDS rounds (default 5) measures every network once. A network's result is the minimum of its processor
+// times, because other programs can only add to them.
 
 #include <ldi/base/executor.hpp>
 #include <ldi/nn/dense/quantized_network.hpp>
@@ -26,7 +27,7 @@
 
 namespace {
 
-constexpr double min_milliseconds = 2;  // of one measurement
+constexpr double min_milliseconds = 2;  // minimum duration of one measurement
 
 struct candidate {
     std::string name;

@@ -3,8 +3,8 @@
     python3 members.py --photos FOLDER --estimate PROGRAM --teacher FILE.safetensors --out FOLDER [--depth RGBD_FOLDER]...
 
 The teacher is the shipped network: the library (estimate.cpp) computes its disparity of each photograph, which is the label. All members see
-the same batches in the same order, so that batches cause no differences between members. FOLDER stores the labels, and members.json the
-results; a second run appends to it.
+the same batches in the same order, so that batches cause no differences between members. Writes the labels to FOLDER and the results to
+members.json. If members.json exists, only members that it lacks are trained, and their results are added.
 """
 import argparse
 import json
@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 import space
-import data  # this module and the following ones are the recipe's
+import data  # this module and the following ones are in ../tiefenrausch_small
 import labels
 import model
 import prepare
@@ -83,7 +83,7 @@ def trained(member, batches, seed):
 
 
 def sampled(count):
-    """Returns the members to train: the shipped one and `count` random ones, evenly spaced by number of multiplications."""
+    """Returns the members to train: the shipped one, and every 20th of 20 * `count` random ones, sorted by number of multiplications."""
     rng = np.random.default_rng(1)
     drawn = sorted((space.random_member(rng) for _ in range(20 * count)), key=lambda m: model.costs(ops=space.built(m).operators)[1])
     chosen = drawn[10::20]

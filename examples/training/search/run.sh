@@ -1,14 +1,19 @@
 #!/usr/bin/env bash
 # Searches for a depth network: measures the latency table, trains members briefly, fits the predictor, searches, trains the networks found
-# as briefly, and checks the paper's own network against its published results. Skips steps with missing data and prints the reason.
+# as briefly, and checks the paper's own network against its published results. Installs missing packages. Skips steps with
+# missing data and prints the reason.
 #
 #   search/run.sh [--quick] [OPTION_OF_members.py...]     --quick: a smoke test, results in build/search_quick
 #
-# Full results (latency.json, members.json, result.json, pareto.png) go to this folder. A second start adds members to members.json. Further
-# data: SHARED (default: ../shared beside the repository) with photos/train, rgbd_train, rgbd_train_more and tiefenrausch.
+# Writes full results (latency.json, members.json, result.json, pareto.png) to this folder. If members.json exists, adds to it only the
+# results that it lacks. Reads photos/train, rgbd_train, rgbd_train_more and tiefenrausch in the folder SHARED (default: ../shared beside
+# the repository).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../../.." && pwd)
+# shellcheck source=scripts/requirements.sh
+source "$root/scripts/requirements.sh"
+require "${needs_compiler[@]}" "${needs_training[@]}" >&2
 shared=${SHARED:-$root/../shared}
 results=$here built=$root/build/search rounds=5 generations=60 photos=2 quick=
 if [ "${1:-}" = --quick ]; then
@@ -18,7 +23,7 @@ if [ "${1:-}" = --quick ]; then
     set -- --count 24 --members 4 --steps 2 "$@"
 fi
 mkdir -p "$built"
-# Without the first two, the C library returns every large tensor to the system.
+# Without the two MALLOC settings, the C library returns the memory of every large tensor to the system, which takes time.
 export MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_MMAP_THRESHOLD_=8000000000 PYTHONDONTWRITEBYTECODE=1
 recipe=$here/../tiefenrausch_small
 

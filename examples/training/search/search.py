@@ -2,7 +2,8 @@
 
     python3 search.py --latency PROGRAM --members members.json --out FOLDER [--measure]
 
-Writes FOLDER/latency.json (the table, measured by latency.cpp; kept unless --measure), result.json and pareto.png.
+Writes result.json and pareto.png to FOLDER. Reads the latency table from FOLDER/latency.json; if the file is missing, or with --measure,
+measures the table with latency.cpp and writes it.
 """
 import argparse
 import json
@@ -68,7 +69,7 @@ def features(member):
 
 
 def error_of(result):
-    """Returns a training's mean error over both kinds of pictures; those with measured depth may be missing."""
+    """Returns the mean of a training's two errors, on held-out photographs and on pictures with measured depth; the second may be missing."""
     return result["error"] if result["measured_error"] is None else (result["error"] + result["measured_error"]) / 2
 
 
@@ -93,7 +94,7 @@ def ranks(values):
 
 
 def correlations(a, b):
-    """(Pearson's, Spearman's)"""
+    """Returns [Pearson's, Spearman's correlation]."""
     return [round(float(np.corrcoef(x, y)[0, 1]), 3) for x, y in ((a, b), (ranks(a), ranks(b)))]
 
 
@@ -116,8 +117,8 @@ def fitted(results):
 
 
 def evolved(rng, table, predictor, limit, generations, population=48):
-    """Returns the member with the minimum predicted error within a latency limit, found by mutation and crossover of the better half. Starts
-    from mutations of the shipped member."""
+    """Returns the member with the minimum predicted error within a latency limit. Starts from the shipped member and random members; each
+    generation replaces the worse half of the population by mutations and crossovers of the better half."""
     known = {}
 
     def judge(members):

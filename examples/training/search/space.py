@@ -20,7 +20,7 @@ EXPANSIONS, BLOCKS_DOWN, KERNELS = (2, 4, 6), (1, 2, 3, 4), (1, 3)
 # Decoder, per level 1 to 5: channels, and kind and number of the refining blocks.
 UP = ((16, 24, 32), (32, 48, 64), (48, 64, 96), (64, 96, 128), (96, 128, 160))
 REFINE, BLOCKS_UP = ("dense", "tr2", "tr4"), (0, 1, 2)
-STEM, FIRST, FULL = (16, 24, 32), (8, 16), (8, 16)
+STEM, FIRST, FULL = (16, 24, 32), (8, 16), (8, 16)  # channels: first convolution, first TR block, convolution at full resolution
 
 GENES = {"stem": STEM, "first": FIRST}
 for _i, (_channels, _) in enumerate(DOWN):
@@ -36,7 +36,7 @@ SHIPPED = (32, 16, 24, 6, 2, 1, 32, 6, 3, 1, 64, 6, 4, 1, 96, 6, 3, 1, 160, 6, 3
 
 
 def size():
-    """Number of members."""
+    """Returns the number of networks in the space."""
     product = 1
     for choices in GENES.values():
         product *= len(choices)
@@ -61,7 +61,7 @@ def crossed(rng, a, b):
 
 
 class Blocks(Builder):
-    """Lists operators and the signatures of their blocks."""
+    """Builds a network block by block, and lists its operators and the signatures of its blocks."""
 
     def __init__(self, channels=3, height=HEIGHT, width=WIDTH):
         super().__init__()
@@ -92,7 +92,7 @@ class Blocks(Builder):
 
 @functools.lru_cache(1)  # successive calls have the same argument
 def built(member):
-    """Returns the member's Blocks; model.Student accepts its operators."""
+    """Returns the member's Blocks, whose operators model.Student accepts."""
     g, b = dict(zip(NAMES, member)), Blocks()
     full = b.block("full", "photo", "conv3", g["up0.channels"], relu=True)
     x, levels = b.block("stem", "photo", "conv3", g["stem"], stride=2, relu=True), [full]

@@ -131,7 +131,7 @@ class Composites:
         return (t[:, ::-1] if rng.random() < 0.5 else t).astype(np.float32), i
 
     def cutout(self, size):
-        """Returns (colors, mask at SUPER times the size), or None if the object lies outside."""
+        """Returns a random object, randomly placed, as (colors, mask at SUPER times the size). None if its photograph has almost no object."""
         rng, (h, w) = self.rng, size
         name = self.cutouts[int(rng.integers(len(self.cutouts)))]
         p, mask = self.photos[self.index[name]], cv2.imread(os.path.join(self.masks_folder, name + ".png"), cv2.IMREAD_GRAYSCALE)
@@ -202,7 +202,7 @@ class Composites:
         """Returns the true disparity of the opaque sheets: each is a gentle slope, sometimes with a smaller step inside.
 
         min_step  minimum step between neighboring sheets
-        fading    share of the sheets that meet the sheet behind them along one direction, like objects on the ground
+        fading    share of the pasted sheets that slope down to the sheet behind them in one direction, like objects on the ground
         """
         rng, size = self.rng, weights.shape[1:]
         y, x = np.mgrid[-0.5:0.5:size[0] * 1j, -0.5:0.5:size[1] * 1j].astype(np.float32)
@@ -227,7 +227,8 @@ class Composites:
         return np.clip(true, 0, 1).astype(np.float32)
 
     def spoiled(self, true, level, least=1.15):
-        """Returns a disparity map with fewer samples and a network's typical errors; level: strength from 0 to 1."""
+        """Returns a disparity map with fewer samples and a network's typical errors. level: strength of the errors, 0 to 1; least: minimum
+        factor by which the map is shrunk."""
         rng, (h, w) = self.rng, true.shape
         d = true
         if rng.random() < 0.4:  # networks miss thin objects and fill thin holes
@@ -255,15 +256,19 @@ class Composites:
         return (np.round(np.clip(d, 0, 1) * 255) / 255).astype(np.float32)
 
 
-OUTSIDE, CONTEXT, LABELLED, NO_STEP = 0, 1, 2, 3  # states of a pixel: not in the region; no label; alpha known; no true step at this curve
+OUTSIDE, CONTEXT, LABELED, NO_STEP = 0, 1, 2, 3  # states of a pixel: not in the region; no label; alpha known; no true step at this curve
 
 
 def labels(band, weights, all_steps_known, radius=10, min_excess=0.15):
-    """Returns (alpha H x W, state H x W): each pixel's share of the surface in front of its nearest curve.
+    """Returns (alpha H x W, state H x W). alpha is each pixel's share of the front surface of its nearest curve.
 
-    A curve's front and back sheets are those with a larger share on that side than on the other. Sheets nearer than the front sheet count as
-    front, sheets farther than the back sheet as back; pixels of sheets between them have no label.
+    A sheet has a share of the pixels on either side of a curve. The curve's front sheet is the one whose share on the front side exceeds
+    its share on the back side most; the back sheet is found in reverse. Sheets nearer than the front sheet count as front, sheets farther
+    than the back sheet as back; pixels of sheets between them have no label.
+    weights          S x H x W, share of each sheet in each pixel, farthest sheet first
     all_steps_known  whether the disparity has steps only between sheets
+    radius           half the width of the windows in which shares are counted, in pixels
+    min_excess       minimum difference of both shares; pixels beside other curves have no label
     """
     state = np.where(band.region, CONTEXT, OUTSIDE).astype(np.uint8)
     alpha = np.zeros(state.shape, np.float32)
@@ -289,7 +294,7 @@ def labels(band, weights, all_steps_known, radius=10, min_excess=0.15):
     for k in range(len(weights)):
         alpha += np.where(k >= front, weights[k], 0)
         between += np.where((k > back) & (k < front), weights[k], 0)
-    state[band.band & good & (between <= 0.1)] = LABELLED
+    state[band.band & good & (between <= 0.1)] = LABELED
     if all_steps_known:
         state[band.band & ~good] = NO_STEP
     return alpha, state

@@ -3,7 +3,7 @@
     python3 cutouts.py --photos PHOTOS --masks MASKS --out FOLDER
 
 MASKS is a folder with masks.py, u2netp.param and u2netp.bin (U2Netp, Apache-2.0). Writes NAME.png, 8 bits, for every photograph with a
-confident mask. A second run skips existing files.
+confident mask. Lists finished photographs in FOLDER/seen.txt, and skips those listed.
 """
 import argparse
 import glob

@@ -1,12 +1,12 @@
-// Prepares depth as the library does before it looks for silhouettes, for the Python programs beside it.
+// Runs the library's depth stages up to the alignment of silhouettes, for the Python programs beside it.
 //
 //   depth STUDENT.safetensors
 //
-// In, any number of times: height, width of a photo, rows, columns of a disparity map (int32; 0 and 0: the network estimates
-// one), the photo's bytes (height x width x 3), the map (rows x columns float32, in [0, 1], 1 is near). Out, for each: rows,
-// columns (int32), the map (float32), then three maps of height x width float32: sharpened and resampled, the same after the
-// weighted median, and after alignment with the photo's edges and removal of middle components, which is what make_photo3d()
-// lifts.
+// Reads from the standard input until its end, per photo: height and width of the photo, rows and columns of a disparity map
+// (int32; 0 and 0: the network estimates a map); the photo's bytes (height x width x 3); the map (rows x columns float32, in [0,
+// 1], 1 is nearest). Writes to the standard output, per photo: rows and columns (int32) and values (float32) of the map, then
+// three maps of height x width float32: the map sharpened and resampled; the same after the weighted median; and after alignment
+// with the photo's edges and removal of middle components (make_photo3d() lifts this last map).
 
 #include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
@@ -44,7 +44,8 @@ void serve(const ldi::tiefenrausch& network) {
     for (std::int32_t size[4]; read(size, 4);) {
         ldi::image<std::uint8_t> photo(static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), 3);
         ldi::image<float> map(static_cast<std::size_t>(size[2]), static_cast<std::size_t>(size[3]), 1);
-        if (!read(photo.data(), photo.size()) || !read(map.data(), map.size())) throw std::runtime_error("the input is cut off");
+        if (!read(photo.data(), photo.size()) || !read(map.data(), map.size()))
+            throw std::runtime_error("the input ends within a photo");
         if (map.empty()) map = estimate(network, photo);
         const ldi::image<float> resampled = ldi::resample_estimate(map, photo, options, threads);
         ldi::image<float> cleaned = ldi::weighted_median(resampled, options.surface, options.median, threads);

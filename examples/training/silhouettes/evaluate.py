@@ -36,7 +36,7 @@ def alpha_of(net, observe, band, photo, estimated):
 
 
 def without_islands(alpha, wanted):
-    """Flips connected components smaller than MIN_ISLAND pixels."""
+    """Moves connected components of fewer than MIN_ISLAND pixels, within the mask `wanted`, to the other side."""
     alpha = alpha.copy()
     for side in (False, True):
         _, labels, stats, _ = cv2.connectedComponentsWithStats((((alpha > 0.5) == side) & wanted).astype(np.uint8), connectivity=4)
@@ -47,7 +47,7 @@ def without_islands(alpha, wanted):
 
 
 def grabcut(share, photo, radius=8):
-    """Runs OpenCV's GrabCut, with unknown pixels within `radius` of share 1/2."""
+    """Runs OpenCV's GrabCut. Pixels within `radius` of the border between the sides are unknown to it."""
     front, k = (share > 0.5).astype(np.uint8), bands.disk(radius)
     sure_front, sure_back = cv2.erode(front, k) > 0, cv2.dilate(front, k) == 0
     if sure_front.sum() < 20 or sure_back.sum() < 20:
@@ -96,7 +96,7 @@ def of_composites(a, net, observe, depth):
             estimated, _, prepared, cleaned = depth(photo, given)
             band, result = methods(net, observe, photo, estimated, prepared, cleaned)
             alpha, state = composites.labels(band, weights, given is not None)
-            known = state == composites.LABELLED
+            known = state == composites.LABELED
             if known.sum() < MIN_PIXELS[0]:
                 continue
             kinds.append(class_of(kind))
@@ -113,7 +113,8 @@ def of_composites(a, net, observe, depth):
 
 
 def true_sides(entry, folder, size):
-    """Returns (is front H x W, mask of known pixels) of a photograph with true depth: pixels beside sharp steps, clearly on one side."""
+    """Returns (true share of the front, mask of known pixels), both H x W, of a photograph with true depth. Known are pixels beside sharp
+    steps that are clearly on one side."""
     def k(r):
         return np.ones((2 * r + 1, 2 * r + 1), np.uint8)
     g = cv2.imread(os.path.join(folder, entry["map"]), cv2.IMREAD_UNCHANGED).astype(np.float32)
@@ -143,7 +144,7 @@ def agrees(share, true):
 
 def of_pairs(a, net, observe, depth):
     found, wide = {}, {}
-    print("\n| photograph | pixels | what is wrong, %; in the prototype's band |\n|---|---|---|")
+    print("\n| photograph | pixels | wrong side, %; in the prototype's band |\n|---|---|---|")
     with open(os.path.join(a.pairs, "manifest.json")) as file:
         manifest = json.load(file)
     for entry in manifest:
@@ -180,7 +181,8 @@ def add(lists, values):
 
 
 def windows(disparity, radius=20, least=0.06):
-    """Returns (band, share of the front) of an earlier prototype with known figures: steps of at least `least` in square windows, sharp or not."""
+    """Returns (band, share of the front) as an earlier prototype found them, for a comparison: the band is where the disparity steps by at
+    least `least` in a square window, sharply or not."""
     def box(change, r):
         return change(disparity, np.ones((2 * r + 1, 2 * r + 1), np.uint8), borderType=cv2.BORDER_REPLICATE)
     low, high = (cv2.blur(box(change, radius), (radius + 1, radius + 1), borderType=cv2.BORDER_REPLICATE) for change in (cv2.erode, cv2.dilate))

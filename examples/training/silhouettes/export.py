@@ -2,9 +2,10 @@
 
     python3 export.py --checkpoint FOLDER/final.pt --photos PHOTOS --out silhouettes.safetensors [--data DATA] [--example FILE]
 
-The file holds the convolutions of model.LAYERS, NAME.weight (out x in x 3 x 3) and NAME.bias, as float16, normalization folded in, and for
-8-bit arithmetic input.range and NAME.range of every tensor that a layer reads. A checkpoint trained with rounded values contains its ranges;
-others need DATA, a folder of prepare.py. Weights are not rounded: the library rounds them, and training can resume from the file.
+The file has NAME.weight (out x in x 3 x 3) and NAME.bias of every convolution in model.LAYERS, as float16, with the normalization folded in.
+For 8-bit arithmetic, it also has input.range and NAME.range of every tensor that a layer reads. A checkpoint trained with rounded values
+contains these ranges; others need DATA, an output folder of prepare.py. The file's weights are not rounded to 8 bits, so that training can
+resume from it; the library rounds them.
 """
 import argparse
 import hashlib

@@ -6,7 +6,7 @@ from torch import nn
 from band import CHANNELS
 
 WIDTH, FINE = 32, 16  # channels at half resolution and below; at full resolution
-PRIOR = 6.0           # factor of the offset of alpha's logit toward the prepared disparity's side
+PRIOR = 6.0           # alpha's logit is offset by this factor times the share of the prepared disparity - 0.5
 
 # name, source tensors (the first is upsampled if it is coarser than the result), inputs, outputs, level of the result, stride
 LAYERS = (
@@ -25,7 +25,7 @@ LAYERS = (
 
 
 class Rectified(torch.autograd.Function):
-    """ReLU inside the region, zero outside; half the memory traffic of two operations."""
+    """ReLU inside the region, zero outside; one pass has half the memory traffic of two operations."""
 
     @staticmethod
     def forward(ctx, x, region):
@@ -80,9 +80,11 @@ class Silhouettes(nn.Module):
         self.layers = nn.ModuleList(Layer(name, inputs, outputs, stride) for name, _, inputs, outputs, _, stride in LAYERS)
 
     def forward(self, x, region, observe=lambda name, value: value):
-        """x: N x CHANNELS x H x W, 0 outside the region; region: N x 1 x H x W, 0 or 1 -> N x 2 x H x W, logits of alpha and of the
-        probability that alpha's side is right. Level i + 1 of the region has its pixels with even x and y. observe: a function that receives,
-        and may replace, every tensor that a layer reads"""
+        """Returns N x 2 x H x W: logits of alpha and of the probability that alpha's side is right.
+
+        x        N x CHANNELS x H x W, 0 outside the region
+        region   N x 1 x H x W, 0 or 1. Level i + 1 keeps the pixels of level i with even x and y
+        observe  function that receives, and may replace, every tensor that a layer reads"""
         regions, values = [region], {"input": observe("input", x)}
         for _ in range(3):
             regions.append(regions[-1][:, :, ::2, ::2].contiguous())
@@ -97,7 +99,7 @@ class Silhouettes(nn.Module):
         return torch.cat([logits[:, :1] + prior, logits[:, 1:]], 1)
 
     def cost(self):
-        """Returns (weights, multiplications per pixel of a region without rims)."""
+        """Returns (number of weights, multiplications per pixel of a region whose level i has exactly 1 / 4^i of the pixels)."""
         weights = sum(layer.weight[0].numel() * layer.weight.shape[0] for layer in self.layers)
         return weights, sum(layer.weight.numel() / 4 ** level for layer, (*_, level, _) in zip(self.layers, LAYERS))
 

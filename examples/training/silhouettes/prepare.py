@@ -4,7 +4,7 @@
     python3 prepare.py ... --real --pairs RGBD --pairs RGBD
 
 Writes two crops per composite: one with degraded true disparity, one with the depth network's estimate. With --real, cuts the crops from
-unchanged photographs: true depth or object masks label the pixels a few pixels away from silhouettes, where these are reliable.
+unchanged photographs: true depth or object masks label pixels a few pixels away from silhouettes, where depth and masks are reliable.
 DATA/NNNNN.npy holds CROPS x 10 x SIDE x SIDE bytes: the network's input (band.py, 8 bits), alpha, and the state of the label
 (composites.py).
 """
@@ -24,7 +24,7 @@ SIDE = 96
 MARGIN = 8          # border of a crop: input of the network, but without labels
 CROPS_PER_FILE = 256
 MAX_PER_MAP = 6     # crops per disparity map
-MIN_LABELLED = 300  # minimum number of labeled pixels per crop
+MIN_LABELED = 300  # minimum number of labeled pixels per crop
 RIM = 2             # pixels without a label on each side of a mask's border
 PAIRS_NAMED = ("tartan_", "iclredwood_", "tief_")  # photographs with dense, sharp depth
 MIN_STEP, FADING = 0.06, 0.35  # arguments of composites.disparity()
@@ -36,12 +36,12 @@ def crops_of(rng, x, alpha, state, wrong):
     """Yields crops around random labeled pixels; in half of them the prepared disparity is wrong at that pixel."""
     height, width = state.shape
     packed = np.concatenate([bands.quantized(x), np.rint(alpha * 255).astype(np.uint8)[None], state[None]])
-    free = state == composites.LABELLED
+    free = state == composites.LABELED
     for _ in range(MAX_PER_MAP):
         where = np.flatnonzero(free & wrong) if rng.random() < 0.5 else np.flatnonzero(free)
         if len(where) < 60:
             where = np.flatnonzero(free)
-        if len(where) < MIN_LABELLED:
+        if len(where) < MIN_LABELED:
             return
         cy, cx = divmod(int(rng.choice(where)), width)
         top = int(np.clip(cy - SIDE // 2 + rng.integers(-20, 21), 0, height - SIDE))
@@ -52,12 +52,12 @@ def crops_of(rng, x, alpha, state, wrong):
         inner[MARGIN if top > 0 else 0:SIDE - MARGIN if top + SIDE < height else SIDE,
               MARGIN if left > 0 else 0:SIDE - MARGIN if left + SIDE < width else SIDE] = True
         crop[-1][~inner & (crop[-1] > composites.CONTEXT)] = composites.CONTEXT
-        if (crop[-1] == composites.LABELLED).sum() >= MIN_LABELLED:
+        if (crop[-1] == composites.LABELED).sum() >= MIN_LABELED:
             yield crop
 
 
 def coarser(rng, estimated):
-    """Returns the estimate with fewer samples, like that of a larger photo."""
+    """Shrinks the estimate, so that the photo has more pixels per sample, like a larger photo."""
     shrink = rng.uniform(1.2, 3.5)
     size = (max(8, round(estimated.shape[1] / shrink)), max(8, round(estimated.shape[0] / shrink)))
     return cv2.resize(estimated, size, interpolation=cv2.INTER_AREA)
@@ -113,7 +113,7 @@ def of_real(maker, depth, pairs):
     alpha = (share > 0.5).astype(np.float32)
     smooth = np.clip(band.share(cv2.resize(estimated, prepared.shape[::-1], interpolation=cv2.INTER_LINEAR)), 0, 1)
     _, state = composites.labels(band, np.stack([1 - alpha, alpha]), False)
-    state[(state == composites.LABELLED) & ~(known & evaluate.agrees(smooth, share))] = composites.CONTEXT
+    state[(state == composites.LABELED) & ~(known & evaluate.agrees(smooth, share))] = composites.CONTEXT
     yield from crops_of(rng, band.features(photo, estimated), alpha, state, (band.share(prepared) > 0.5) != (alpha > 0.5))
 
 

@@ -13,7 +13,7 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors  # noqa: E402
 
 LARGEST_WEIGHT = 63
-INPUT_RANGE = (-128 / 127, 1.0)  # in steps of 1 / 127
+INPUT_RANGE = (-128 / 127, 1.0)  # the input is stored in steps of 1 / 127
 SHARE_INSIDE = 0.9999            # share of a tensor's values inside its range
 
 
@@ -53,7 +53,8 @@ def network_of(path):
 
 
 def in_bytes(net, ranges):
-    """Returns (network with rounded weights, function that rounds its values), equal to the library; both do not round without ranges."""
+    """Returns (network with rounded weights, function that rounds its values); together they compute what the library does. Neither rounds
+    if `ranges` is empty."""
     if not ranges:
         return net, lambda name, value: value
     with rounded_weights(net, ranges):
@@ -64,7 +65,7 @@ def in_bytes(net, ranges):
 
 
 def rounding(ranges):
-    """For Silhouettes.forward: rounds and clips the tensors that layers read."""
+    """Returns a function for Silhouettes.forward that rounds and clips the tensors that layers read."""
     def observe(name, value):
         low, high = ranges[name]
         scale = (high - low) / 255

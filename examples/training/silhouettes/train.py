@@ -2,8 +2,8 @@
 
     python3 train.py --data DATA --held-out DATA --out FOLDER
 
-Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: a second start with the same FOLDER resumes
-the training. Create a file in FOLDER to control it:
+Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: the same command resumes an interrupted
+training. To control a training, create one of these files in FOLDER:
 
     stop    saves and ends. Delete the file and start again to resume.
     finish  lowers the learning rate to zero along a cosine over the next 10 minutes, or the number of minutes in the file, saves and ends.
@@ -77,7 +77,7 @@ def tensors(crops):
 def losses(logits, alpha, state):
     """Returns the terms of the loss, each a scalar."""
     p = torch.sigmoid(logits[:, :1])
-    known, none = (state == composites.LABELLED).float(), (state == composites.NO_STEP).float()
+    known, none = (state == composites.LABELED).float(), (state == composites.NO_STEP).float()
     area = known.sum().clamp(min=1)
     error = (p - alpha).abs()
     weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha))  # higher weight where both surfaces share a pixel
@@ -96,10 +96,11 @@ def losses(logits, alpha, state):
 
 @torch.no_grad()
 def validate(net, batches, observe):
-    """Returns (pixels on the wrong side, those of the prepared disparity, mean error of alpha), in percent of labeled pixels."""
+    """Returns percentages over the labeled pixels: (pixels that the network puts on the wrong side, the same for the prepared disparity,
+    mean error of alpha)."""
     wrong, before, error, pixels = 0.0, 0.0, 0.0, 0.0
     for x, alpha, state in batches:
-        known = (state == composites.LABELLED).float()
+        known = (state == composites.LABELED).float()
         p = torch.sigmoid(net(x, (state > composites.OUTSIDE).float(), observe)[:, :1])
         wrong += (((p > 0.5) != (alpha > 0.5)).float() * known).sum().item()
         before += (((x[:, 4:5] > 0) != (alpha > 0.5)).float() * known).sum().item()
@@ -133,7 +134,7 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimizer"])
-        for group in self.optimizer.param_groups:  # the checkpoint contains the options of its own run
+        for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint by this run's
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 
@@ -143,7 +144,7 @@ class Run:
 
     @torch.no_grad()
     def follow(self):
-        """Moves the average towards the network."""
+        """Moves the average toward the network."""
         decay = min(0.999, (self.step + 1) / (self.step + 10))
         now = self.net.state_dict()
         for name, mean in self.average.state_dict().items():

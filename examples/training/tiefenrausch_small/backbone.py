@@ -40,11 +40,11 @@ class Fields(Table):
 
 
 def read_convolutions(path):
-    """[(weight in torch's layout, bias)] of a TFLite file's convolutions, in order, as floats"""
+    """Returns [(weight in torch's layout, bias)] of a TFLite file's convolutions, in order, as floats."""
     with open(path, "rb") as file:
         data = file.read()
     model = Fields(data, int.from_bytes(data[:4], "little"))
-    # the older of the two fields for operator codes holds all codes used here
+    # TFLite has two fields for an operator's code; all codes used here fit into the older one.
     codes = [code.number(0, number_types.Int8Flags) for code in model.tables(1)]
     graph, buffers = model.tables(2)[0], model.tables(4)
     tensors = graph.tables(0)
@@ -71,7 +71,7 @@ def read_convolutions(path):
 
 
 def largest(weight, dim):
-    """The largest magnitude of each slice along a dimension."""
+    """Returns the largest magnitude of each slice along a dimension."""
     return weight.abs().transpose(0, dim).flatten(1).amax(1)
 
 

@@ -1,5 +1,5 @@
-// Writes the published depth network as a weight file of the form that export.py writes
-// (include/ldi/nn/dense/quantized_weights.hpp), for the Python programs beside it.
+// Converts the published depth network to a weight file in the format of export.py (include/ldi/nn/dense/quantized_weights.hpp),
+// for the Python programs beside it.
 //
 //   convert FOLDER_OF_THE_PUBLISHED_NETWORK FILE.safetensors
 
@@ -23,8 +23,8 @@
 
 namespace {
 
-/// A weight file in the making: tensors in the order in which they come. Values are written as this machine has them, which is
-/// what the format asks for on every machine that this project knows.
+/// Collects the tensors of a weight file, in the order of the calls of add(). Writes values in this machine's byte order; the
+/// format requires little-endian, which all supported machines have.
 class weight_file {
 public:
     template <class Scalar>
@@ -52,7 +52,7 @@ private:
     std::vector<std::byte> data_;
 };
 
-/// A row of the table "operators".
+/// Row of the tensor "operators": kind, first input, second input, kernel, stride or factor.
 using row = std::array<std::size_t, 5>;
 
 row row_of(const ldi::convolution_description& c) { return {c.depthwise ? 1U : 0U, c.input, 0, c.kernel, c.stride}; }

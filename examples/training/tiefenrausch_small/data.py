@@ -47,8 +47,8 @@ class Library:
 
 
 def view_of(rng, height, width, out_height, out_width, least):
-    """Returns a random part (top, left, height, width) of a photograph, in fractions, with the crop's aspect ratio within 20 %, and at
-    least the share `least` of the largest such part."""
+    """Returns a random part (top, left, height, width) of a photograph, in fractions of its sides. Its aspect ratio is the crop's within
+    20 %; its sides are at least `least` times those of the largest such part."""
     aspect = out_width / out_height * np.exp(rng.uniform(-0.18, 0.18)) * height / width  # fractions of the sides
     h, w = (1.0, aspect) if aspect <= 1 else (1 / aspect, 1.0)
     zoom = rng.uniform(least, 1.0)
@@ -102,6 +102,8 @@ def to_tensors(photos, labels):
 
 
 class Photographs:
+    """Crops for training and for validation, from an output folder of prepare.py."""
+
     def __init__(self, folder):
         self.library = Library(folder)
         photos = [e for e in self.library.entries]
@@ -135,7 +137,7 @@ class Photographs:
     def sample(self, rng, size):
         entry = self.draw(rng)
         photo, label = self.library.photograph(entry), self.library.label(entry)
-        # small crops cover half of the photograph's width and height, up to all of it
+        # The sides of a crop are at least half those of the largest crop that fits into the photograph.
         view = view_of(rng, *photo.shape[:2], *size, 0.5)
         color = cut(photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
         truth = cut(label.astype(np.float32), view, size, cv2.INTER_NEAREST)

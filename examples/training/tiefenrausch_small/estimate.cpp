@@ -1,12 +1,12 @@
-// Runs a depth network of the library for the Python programs beside it: photos come in on the standard input, disparity goes
-// out.
+// Runs a depth network with the library, for the Python programs beside it: reads photos from the standard input until its end,
+// and writes their disparity to the standard output.
 //
 //   estimate FOLDER_OF_THE_PUBLISHED_NETWORK
 //   estimate STUDENT.safetensors
 //
-// In, as often as one likes: height, width, whether to bring the photo to the network's sizes (int32; if not, both sides are
-// multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), the network's own result (height x width
-// bytes; at the larger size, where it sees the photo at two), disparity (height x width float32).
+// Input per photo: height, width, whether to resize the photo for the network (int32; if 0, both sides are multiples of 32);
+// height x width x 3 bytes. Output per photo: height, width (int32); the network's raw output (height x width bytes; if the
+// library runs the network at two sizes, at the larger one); disparity (height x width float32).
 
 #include <ldi/io/tiefenrausch_file.hpp>
 
@@ -32,7 +32,7 @@ void serve(const ldi::tiefenrausch& network) {
     for (std::int32_t size[3]; read(size, 3);) {
         ldi::image<std::uint8_t> photo =
             ldi::image<std::uint8_t>(static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), 3);
-        if (!read(photo.data(), photo.size())) throw std::runtime_error("a photo that is cut off");
+        if (!read(photo.data(), photo.size())) throw std::runtime_error("the input ends within a photo");
         const bool as_it_is = size[2] == 0;
         const ldi::image<std::uint8_t> levels =
             network.levels(as_it_is ? photo : network.resize_for_network(photo, threads, network.sizes().details), threads);

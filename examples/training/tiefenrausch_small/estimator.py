@@ -18,8 +18,8 @@ class Estimator:
         return np.frombuffer(data, dtype)
 
     def both(self, photo, resize=True):
-        """photo H x W x 3 uint8 -> (the network's raw output H' x W' uint8, disparity H' x W' float32); without `resize`, the size is H x W,
-        multiples of 32"""
+        """photo: H x W x 3 uint8. Returns (the network's raw output H' x W' uint8, disparity H' x W' float32). Without `resize`, H' x W' is
+        H x W, which must be multiples of 32."""
         self.process.stdin.write(np.array([*photo.shape[:2], resize], "<i4").tobytes() + np.ascontiguousarray(photo).tobytes())
         self.process.stdin.flush()
         height, width = self.read("<i4", 2)

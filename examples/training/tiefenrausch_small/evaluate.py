@@ -33,7 +33,7 @@ LIVING = (3, 8, 10, 12, 13, 15, 17)  # classes of the segmentation: bird, cat, c
 MAX_PHOTOGRAPHS = 130  # number of evenly spaced photographs per folder that are searched for subjects
 MIN_SUBJECT, MAX_SUBJECT = 0.02, 0.5  # share of the photograph's area
 APART = 0.05  # share of a photograph's range of disparity: the step at which the library separates surfaces
-NOISE = 20  # standard deviation of the noisy versions
+NOISE = 20  # standard deviation of the noise in the noisy versions, of 255
 
 
 class Floats:
@@ -97,7 +97,7 @@ def portrait(image):
 
 
 def versions(photo, truth):
-    """(name, photograph, disparity)"""
+    """Yields (name, photograph, disparity) of a pair as it is and of five harder versions."""
     levels = np.arange(256) / 255
     table = lambda values: cv2.LUT(photo, (255 * np.clip(values, 0, 1) + 0.5).astype(np.uint8))
     noise = np.random.default_rng(3).normal(0, NOISE, photo.shape)
@@ -148,7 +148,7 @@ def living(folders, segmentation):
 
 
 def print_separation(networks, subjects):
-    print(f"\n| {len(subjects)} photographs of people and animals | off what is behind by {APART} | mean distance |\n|---|---|---|")
+    print(f"\n| {len(subjects)} photographs of people and animals | separate from the background by {APART} | mean distance |\n|---|---|---|")
     for name, network in networks.items():
         values = []
         for photo, mask in subjects:
@@ -159,7 +159,7 @@ def print_separation(networks, subjects):
 
 
 def networks_of(a):
-    """{name: photograph -> disparity}"""
+    """Returns {name: function from a photograph to its disparity}."""
     with tempfile.TemporaryDirectory() as folder:
         converted = os.path.join(folder, "published.safetensors")
         subprocess.run([a.convert, a.published, converted], check=True)

@@ -1,4 +1,4 @@
-"""Writes the trained student as a safetensors file that the library loads; checks it in exact integers.
+"""Writes the trained student as a safetensors file that the library loads, and checks the file with exact integer arithmetic.
 
     python3 export.py --checkpoint FOLDER/final.pt --data DATA --out tiefenrausch_small.safetensors
 
@@ -66,11 +66,11 @@ def rounding_shift(value, shift):
 
 
 class Integers:
-    """A file's network, bit for bit as the library computes it."""
+    """A file's network in integer arithmetic; its results equal the library's bit for bit."""
 
     def __init__(self, tensors):
         self.t = tensors
-        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # the library would refuse such an operator
+        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # asserts the limits beyond which the library refuses an operator
             if kind < 2:
                 scale = tensors["scales"][a] * tensors["weight_scales"][i] / tensors["scales"][i + 1]
                 assert 2.0 ** -32 <= scale < 1, (i, scale)

@@ -7,8 +7,8 @@ COARSE_SIGMA = 6.0  # in pixels of the label; coarser structures come from the l
 AGREEMENT = 0.8  # minimum correlation between the teacher's estimates at its smallest and largest size; below it, they are not used
 FAR, OPEN = -1.2, 0.1  # log disparity of the sky in the published network's estimates; share of such pixels in a landscape
 SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # parameters of the weighted median that moves steps to color edges
-LOW, HIGH = 0.5, 99.5  # percentiles of a label that become NEAR_FAR
-NEAR_FAR = 0.05, 1.0
+LOW, HIGH = 0.5, 99.5  # percentiles of a label that are scaled to the two values of NEAR_FAR
+NEAR_FAR = 0.05, 1.0  # disparity of far and of near surfaces in a label
 
 
 def standardized(disparity):

@@ -2,7 +2,7 @@
 (Li and Snavely's MegaDepth)."""
 import torch
 
-ANCHOR = 0.1  # loss weight of the result's scale and shift; with 0, the range of the 8-bit output would be arbitrary
+ANCHOR = 0.1  # weight of the unaligned error; the other losses ignore scale and shift, so the range of the 8-bit output would be arbitrary
 MIN_SCALE, MAX_SCALE = 0.5, 2.0  # bounds of the result's scale relative to the label; a crop does not show the depth of the whole photograph
 SCALES = 4
 
@@ -31,7 +31,9 @@ def difference_loss(error, known):
 
 
 def losses(y, truth, known):
-    """y, truth, known  B x 1 x H x W; known is 1 where there is truth, else 0"""
+    """Returns the terms of the loss, each a scalar.
+
+    y, truth, known  B x 1 x H x W; known is 1 where there is truth, else 0"""
     error = aligned_error(y, truth, known)
     pixels = known.sum().clamp(min=1)
     return {"data": (error.abs() * known).sum() / pixels, "gradient": 0.5 * difference_loss(error, known),

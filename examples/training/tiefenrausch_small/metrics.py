@@ -8,7 +8,7 @@ import numpy as np
 
 FARTHEST = 20.0  # in median distances; larger distances are clamped, in the truth and in the estimate
 EDGE_SIDE = 384  # long side at which edges are detected
-REACH = 4  # pixels: steps blurred over less count as one edge, and edges within this distance match
+REACH = 4  # distance in pixels of the two values that form an edge, which may be blurred between them; edges within this distance match
 EDGE = 1.15  # minimum ratio of disparities across an edge
 
 
@@ -40,7 +40,7 @@ def align(estimate, truth, known):
 
 
 def edges(logarithm, known):
-    """Finds pixels that differ from the pixel REACH to the right, or below, by a factor of EDGE or more, both known."""
+    """Returns a mask of the edges: places where two known pixels, REACH apart in a row or column, differ by more than a factor of EDGE."""
     found = np.zeros(known.shape, bool)
     for y, x in ((0, REACH), (REACH, 0)):
         h, w = known.shape[0] - y, known.shape[1] - x
@@ -57,7 +57,8 @@ def at_edge_side(ours, true, known):
 
 
 def edge_agreement(ours, true, known):
-    """Returns the F1 of the estimate's edges; edges within REACH pixels of the truth's match. NaN if the truth has almost no edges."""
+    """Returns the F1 of the estimate's edges. Two edges match if they are within REACH pixels of each other. NaN if the truth has almost no
+    edges."""
     ours, true, known = at_edge_side(ours, true, known)
     disc = np.ones((2 * REACH + 1,) * 2, np.uint8)
     a, b = edges(np.log(ours), known), edges(np.log(true), known)
@@ -70,7 +71,7 @@ def edge_agreement(ours, true, known):
 
 def boundary_agreement(ours, true, known):
     """Returns the scale-invariant boundary F1 of Depth Pro (Bochkovskii et al., 2024): a boundary is a pixel nearer than its neighbor by more
-    than a ratio; mean over ratios from 1.05 to 1.25, each weighted by itself."""
+    than a ratio. The mean over ratios from 1.05 to 1.25, in which each ratio is also the weight of its F1."""
     ratios, found = np.linspace(1.05, 1.25, 10), []
     for ratio in ratios:
         precision = recall = 0.0
@@ -110,7 +111,7 @@ def separation(disparity, mask):
 
 
 def compare(disparity, truth):
-    """disparity h x w of any size, truth H x W with NaN where unknown -> dict of measures"""
+    """disparity: h x w, of any size; truth: H x W, NaN where unknown. Returns {measure: value}."""
     known = np.isfinite(truth) & (truth > 0)
     estimate = cv2.resize(disparity.astype(np.float64), truth.shape[::-1], interpolation=cv2.INTER_LINEAR)
     least = np.median(truth[known]) / FARTHEST

@@ -131,7 +131,7 @@ class Student(nn.Module):
         super().__init__()
         self.operators, self.logarithmic = ops or operators(), logarithmic
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})
-        for op in self.operators:  # initializes every normalized shortcut block as the identity
+        for op in self.operators:  # initializes every normalized block with a shortcut close to the identity
             if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
         nn.init.constant_(self.layers["direct" if "direct" in self.layers else "disparity"].bias, -0.9 if logarithmic else 0.4)
@@ -164,7 +164,8 @@ def key(name):
 
 
 def costs(height=288, width=384, ops=None):
-    """Returns (parameters with folded normalization, multiplications) of a list of operators for a photograph of that size."""
+    """Returns (number of parameters with folded normalization, number of multiplications) of a list of operators for a photograph of
+    height x width."""
     sizes, parameters, products = {"photo": height * width}, 0, 0
     for op in ops or operators():
         if isinstance(op, Convolution):

@@ -39,7 +39,8 @@ def stored(raw, which, name):
 
 
 def front_of(classes, label):
-    """Returns the mask of an object to cut out: its largest connected component, if it is nearer than its surroundings."""
+    """Returns the mask of an object to cut out: the largest connected component of all object pixels if it is nearer than its surroundings
+    and neither too small nor too large, else an empty mask."""
     front = (classes > 0).astype(np.uint8)
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(front)
     if count < 2:

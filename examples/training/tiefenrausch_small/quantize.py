@@ -49,7 +49,8 @@ def scale_and_zero_point(low, high):
 
 
 def weight_quantization(low, high, bits):
-    """Symmetric: weights minus their zero point are signed bytes, which processors multiply three times faster than wider integers."""
+    """Returns (scale, zero point) of weights in [low, high]. The zero point is the middle of the range, so that weights minus zero point
+    are signed bytes, which processors multiply three times faster than wider integers."""
     half = 2 ** (bits - 1)
     return float(np.float32(max(-low / half, high / (half - 1), 1e-9))), half
 
@@ -89,7 +90,7 @@ def find_ranges(student, batches):
     for op in student.operators:
         ranges[op.name] = (ranges[op.input] if isinstance(op, Enlargement)
                            else scale_and_zero_point(*best_range(torch.cat(seen[op.name]))))
-    # clipping would flatten everything near to one sheet
+    # The result's range is never clipped, because clipping would flatten near surfaces to one constant disparity.
     last = torch.cat(seen["disparity"])
     ranges["disparity"] = scale_and_zero_point(last.min().item() if student.logarithmic else 0.0, last.max().item())
     return ranges
@@ -99,7 +100,7 @@ class Quantized(nn.Module):
     """color B x 3 x H x W in [0, 1], multiples of 1/255 -> disparity B x 1 x H x W"""
 
     def __init__(self, ranges, weight_bits=8, ops=None, logarithmic=False):
-        """ops, logarithmic  as for model.Student"""
+        """ranges: {tensor: (scale, zero point)}; ops, logarithmic: as for model.Student"""
         super().__init__()
         self.operators, self.logarithmic, self.ranges, self.weight_bits = ops or operators(), logarithmic, ranges, weight_bits
         self.weights, self.biases = nn.ParameterDict(), nn.ParameterDict()

@@ -1,10 +1,9 @@
-// Rooms and squares of our own ray caster, with photographs as textures: pictures of which every distance is known, and every
-// silhouette is where it is.
+// Makes training pictures with exact depth: rooms and squares, drawn by our own ray caster, with photographs as textures.
 //
 //   scenes PHOTOS COUNT FOLDER
 //
-// PHOTOS is a folder of photographs. Writes FOLDER/scene_N.jpg and scene_N_depth.png (16 bits, 1 + inverse depth in shares of the
-// nearest, times 65534), and manifest.json, which prepare.py --depth reads.
+// PHOTOS is a folder of photographs. Writes COUNT pictures FOLDER/scene_N.jpg, their depth scene_N_depth.png (16 bits: 1 + 65534
+// * depth of the nearest pixel / depth), and manifest.json, which prepare.py --depth reads.
 
 #include <examples/scenes/scene.hpp>
 
@@ -43,7 +42,7 @@ public:
         s_.camera = {width, height, ldi::focal_length_from_field_of_view(static_cast<float>(between(45, 75)), width, height)};
         const double far = between(4, 14);
         floor_ = -between(0.5, 1.6);
-        // Floor and end, and at times walls and a ceiling: x to the right, y up, z toward the camera.
+        // Floor and back wall, sometimes side walls and a ceiling. Axes: x to the right, y up, z toward the camera.
         s_.add(make_rectangle({{0, floor_, -far / 2}, {1, 0, 0}, {0, 0, -1}, {0, 1, 0}}, 40, far + 4),
                photograph(between(0.7, 3)));
         s_.add(make_rectangle(turned({0, 0, -far}, between(-0.4, 0.4)), 60, 40), photograph(far * between(0.5, 1.5)));
@@ -69,7 +68,7 @@ private:
     double between(double low, double high) { return low + (high - low) * (static_cast<double>(generator_()) * 0x1.0p-32); }
     bool chance(double share) { return between(0, 1) < share; }
 
-    /// A photograph `size` wide, repeated as if by mirrors.
+    /// Returns a random photograph as a texture that is `size` scene units wide and repeats by reflection.
     texture photograph(double size) {
         const auto photo =
             std::make_shared<const ldi::image<std::uint8_t>>(ldi::load_photo(photos_[generator_() % photos_.size()]).color);
@@ -92,7 +91,7 @@ private:
         };
     }
 
-    /// Something that stands on the floor, or a sign that hangs in the air.
+    /// Adds an object that stands on the floor, or a sign that hangs in the air, in front of the back wall at distance `far`.
     void add_thing(double far) {
         const double depth = 0.7 * std::exp(between(0, std::log(0.8 * far / 0.7)));
         const double x = between(-0.6, 0.6) * depth, size = between(0.08, 0.4) * depth, tall = size * between(0.5, 3);

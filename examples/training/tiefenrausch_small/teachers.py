@@ -26,7 +26,7 @@ SEGMENTATION_SIDE = 513
 
 
 def label_size(photo):
-    """(width, height)"""
+    """Returns (width, height) of a photograph's maps."""
     height, width = (max(1, round(n * LABEL_SIDE / max(photo.shape[:2]))) for n in photo.shape[:2])
     return width, height
 
@@ -64,7 +64,7 @@ def masks(folder):
 
 
 def photographs(folder):
-    """(name, path)"""
+    """Returns [(name, path)]."""
     manifest = os.path.join(folder, "manifest.json")
     if os.path.exists(manifest):
         with open(manifest) as file:

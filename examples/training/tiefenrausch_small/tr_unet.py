@@ -2,9 +2,10 @@
 
     python3 tr_unet.py --published FILE.safetensors --golden FOLDER [--check-training DATA]
 
-FILE is the published network, written by convert.cpp; FOLDER holds NAME_384x288_rgb.npy and NAME_384x288_log_disparity_u8.npy, the golden
-results. Loads the weights and prints the differences to these: with exact integers, in float, and with the recipe's 8-bit training (weights
-with zero point 128). --check-training (DATA of prepare.py) continues with a few steps of training in 8 bits.
+FILE is the published network, written by convert.cpp. FOLDER has photographs, NAME_384x288_rgb.npy, and the results that the published
+network computes for them, NAME_384x288_log_disparity_u8.npy. Loads the weights and prints how far their results differ from these: with
+exact integers, in float, and in the 8 bits of this recipe's training (weights with zero point 128). With --check-training, also trains a few
+steps in 8 bits on DATA, an output folder of prepare.py.
 
 train.py --network paper trains this network, from random weights or from FILE (--weights).
 """
@@ -16,9 +17,9 @@ import os
 from model import Builder, Convolution, Student, key
 
 # Channels and expansion per level, from full resolution to 1/32 (layers of the published files). Every stage has 3 blocks.
-DOWN = ((48, None), (40, 1), (56, 4), (80, 5), (64, 9), (96, 9))
-ACROSS = ((32, 1), (8, 1), (56, 4), (96, 5), (96, 9), (96, 9))
-UP = ((32, 1), (8, 4), (56, 5), (96, 9), (96, 9))  # inputs of this level
+DOWN = ((48, None), (40, 1), (56, 4), (80, 5), (64, 9), (96, 9))  # encoder; level 0 is a single convolution
+ACROSS = ((32, 1), (8, 1), (56, 4), (96, 5), (96, 9), (96, 9))  # skip connections
+UP = ((32, 1), (8, 4), (56, 5), (96, 9), (96, 9))  # decoder, levels 0 to 4
 BLOCKS = 3
 
 

@@ -2,8 +2,8 @@
 
     python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite | --weights FILE.safetensors [--watch FOLDER]
 
-Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: a second start with the same FOLDER resumes
-the training. Create a file in FOLDER to control it:
+Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: the same command resumes an interrupted
+training. To control a training, create one of these files in FOLDER:
 
     stop    saves and ends. Delete the file and start again to resume.
     hours   contains a number: the schedule's processor hours, instead of --hours; may change at any time
@@ -37,7 +37,7 @@ STAGES = (
     (1.00, 4 * 288 * 384, data.WHOLE),
 )
 QUANTIZED_FROM = 0.80  # share of the schedule in floating point, before 8 bits
-LAST = 0.70  # share of the schedule to which `finish` jumps
+LAST = 0.70  # `finish` jumps to this share of the schedule
 
 
 def rate_at(progress):
@@ -112,7 +112,7 @@ class Run:
         self.use(self.quantized().take(self.net))
 
     def state(self):
-        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
+        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimizer": self.optimizer.state_dict(),
                 "network": self.network, "ranges": self.ranges, "step": self.step, "since": self.since, "samples": self.samples,
                 "seconds": self.seconds, "progress": self.progress}
 
@@ -127,7 +127,7 @@ class Run:
             self.use(self.quantized())
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
-        self.optimizer.load_state_dict(state["optimiser"])
+        self.optimizer.load_state_dict(state["optimizer"])
         self.step, self.since, self.samples, self.seconds = (state[n] for n in ("step", "since", "samples", "seconds"))
         self.progress = state.get("progress", 0.0)
 
@@ -170,7 +170,9 @@ class Schedule:
             return None
 
     def progress(self, seconds, reached):
-        """reached  the last returned value, after a restart"""
+        """Returns the progress after `seconds` of processor time.
+
+        reached  progress so far, including that of an interrupted run which this one resumes"""
         hours = self.read("hours", self.hours) or self.hours
         progress = min(1.0, seconds / (3600 * hours))
         minutes = self.read("finish", 30.0)
@@ -219,7 +221,8 @@ def main():
             known = photographs.calibration(np.random.default_rng(3))
             export.start_from(run.net, a.weights, known[:1] if a.network == "paper" else known)
         run.use(run.net)
-        if a.weights and a.network == "paper":  # meaningless in floating point, because the network relies on clipped tensors
+        # The published weights work only in 8 bits, because that network relies on clipped tensors.
+        if a.weights and a.network == "paper":
             run.quantize_as(export.read_safetensors(a.weights)[0])
     rng = np.random.default_rng([7, run.step])
     cv2.setRNGSeed(run.step)
@@ -262,7 +265,7 @@ def main():
                 if new:
                     log.write("\t".join(columns) + "\n")
                 log.write("\t".join(f"{v:.6g}" for v in columns.values()) + "\n")
-            # wall-clock minutes, at the previous rate of processor time
+            # wall-clock minutes, if processor time keeps passing as fast as it has since the start
             left = (run.seconds / progress - run.seconds) * (time.time() - started) / (run.seconds - before) / 60 if progress > 0 else math.nan
             print(f"{time.strftime('%H:%M:%S')} step {run.step} ({100 * progress:.1f} %, {pace:.2f} steps/s, {left:.0f} min left)  "
                   + "  ".join(f"{n} {v:.4f}" for n, v in means.items()) + f"  held out: error {error:.4f}, gradient {difference:.4f}  watched: "

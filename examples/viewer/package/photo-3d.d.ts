@@ -1,4 +1,4 @@
-/** A place of the viewer: (0, 0, 0) is the photo's viewpoint, 1 is as far as the photo allows. */
+/** Position of the viewer: (0, 0, 0) is the photo's viewpoint, 1 is the limit of the motion. */
 export interface Reach {
     right: number;
     up: number;
@@ -14,7 +14,7 @@ export interface PhotoState {
     angles: { horizontal: number; vertical: number } | null;
     /** Parallax between the nearest and the farthest surface, as a share of the longer side; null where the file gives no limit. */
     motion: number | null;
-    /** 1, and less in a headset that leaves the photo's range. */
+    /** Opacity of the photo: 1 on a screen; in a headset less, down to 0, when the head leaves the photo's range. */
     visibility: number;
     isSwaying: boolean;
     /** Whether the next frame draws the photo. */
@@ -44,7 +44,7 @@ export class Photo3D extends HTMLElement {
     caption: string;
     fit: string;
     loading: string;
-    /** Whether the photo has the screen for itself. */
+    /** Whether the photo fills the screen. */
     readonly isAlone: boolean;
     /** Whether the 3D photo is drawn, in place of its poster. */
     readonly complete: boolean;

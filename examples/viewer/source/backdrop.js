@@ -78,7 +78,7 @@ export class Backdrop extends Mesh {
         const hidden = [];
         model.traverse((part) => {
             if (!part.visible || ![part.material ?? []].flat().some((material) => material.transparent)) return;
-            part.visible = false; // soft edges: colors of the foreground
+            part.visible = false; // hides soft edges, which have the foreground's colors
             hidden.push(part);
         });
         const [target, clearAlpha] = [renderer.getRenderTarget(), renderer.getClearAlpha()];
@@ -99,7 +99,7 @@ export class Backdrop extends Mesh {
     }
 }
 
-/** The photo's camera, with depth the other way around. */
+/** Returns the photo's camera with reversed depth order: the farthest surface hides the others. */
 function cameraThatSeesTheFarthest(halfWidth, halfHeight, near, far) {
     const camera = new Camera();
     camera.projectionMatrix.makePerspective(-near * halfWidth, near * halfWidth, near * halfHeight, -near * halfHeight, near, far);

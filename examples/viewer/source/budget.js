@@ -6,8 +6,8 @@
  *
  * @typedef {object} Budget
  * @property {number} motion  maximum parallax between the nearest and the farthest surface, as a share of the photo's long side
- * @property {number} nearest  distances to which `motion` refers; the photo's surfaces may lie inside
- * @property {number} farthest
+ * @property {number} nearest  lower bound of the surfaces' distances, to which `motion` refers
+ * @property {number} farthest  upper bound
  * @property {number} halfWidth  half the photo's width at distance 1
  * @property {number} halfHeight
  */
@@ -28,7 +28,7 @@ export function readBudget({ motion, nearest, farthest }, halfWidth, halfHeight)
     return isGiven ? { motion, nearest, farthest, halfWidth, halfHeight } : null;
 }
 
-/** Returns the parallax at a position without the factor of approaching, as a share of the photo's long side. */
+/** Returns the parallax at a position, as a share of the photo's long side, as if the viewer had not come nearer, which magnifies it. */
 function across({ x, y, z }, { halfWidth, halfHeight, nearest, farthest }) {
     const moved = Math.hypot(Math.abs(x) + Math.abs(z) * halfWidth, Math.abs(y) + Math.abs(z) * halfHeight);
     return (moved * (1 / nearest - 1 / farthest)) / (2 * Math.max(halfWidth, halfHeight));
@@ -51,7 +51,7 @@ export function asideWithin({ motion, nearest, farthest, halfWidth, halfHeight }
 }
 
 /**
- * Returns the position nearest to `position`, on the way there, that is within the budget.
+ * Moves a position toward the photo's viewpoint, if necessary, until it is within the budget.
  *
  * @param {Position} position
  * @param {Budget | null} budget

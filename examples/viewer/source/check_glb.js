@@ -5,7 +5,7 @@ const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_00
 /** @param {ArrayBuffer} bytes  a GLB file. Throws an error with a message for users. */
 export function checkGlb(bytes) {
     const view = new DataView(bytes);
-    if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is no GLB file."); // "glTF"
+    if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is not a GLB file."); // "glTF"
     if (view.getUint32(4, true) !== 2) throw new Error("It is a GLB file of another version than 2.");
     if (view.getUint32(8, true) > bytes.byteLength) throw new Error("It is cut off.");
     const length = view.getUint32(12, true);
@@ -35,12 +35,12 @@ function checkNodes(nodes) {
     const parents = new Map();
     for (const [parent, { children }] of nodes.entries())
         for (const child of Array.isArray(children) ? children : []) {
-            if (parents.has(child)) throw new Error("Its nodes are no tree.");
+            if (parents.has(child)) throw new Error("Its nodes are not a tree.");
             parents.set(child, parent);
         }
     for (let node = 0; node < nodes.length; ++node)
         for (let [at, depth] = [node, 0]; parents.has(at); at = parents.get(at))
-            if (++depth > 64) throw new Error("Its nodes are no tree.");
+            if (++depth > 64) throw new Error("Its nodes are not a tree.");
 }
 
 function checkImages(images, bufferViews, binary) {

@@ -38,7 +38,7 @@ export function makeButton(name, label) {
 }
 
 const helpText =
-    "Arrow keys look around, plus and minus zoom, Home leads back to where the photo was taken, F fills the screen.";
+    "Arrow keys look around, plus and minus zoom, Home returns to the photo's viewpoint, F fills the screen.";
 
 /** Builds the element's tree. @returns {Record<string, HTMLElement>} its parts by id */
 export function makeParts(root) {

@@ -19,7 +19,7 @@ const maxPixels = 6_000_000;
 /** Seconds until the buttons over a full-screen photo disappear. */
 const quietSeconds = 3;
 
-/** On a screen of at most this width / height, a photo that would fill less than a share of the screen covers it. */
+/** A photo covers the screen if the screen's width / height is at most `aspect`, and the whole photo would fill less than `share` of it. */
 const upright = { aspect: 0.7, share: 0.8 };
 
 let sheet;
@@ -197,7 +197,7 @@ export class Photo3D extends Base {
         this.#aloneChanged();
     }
 
-    /** Shares or copies the page's address; a page opened from the disk saves its photo instead. */
+    /** Shares the page's address. Copies or shows it where the browser cannot share, and for a page opened from the disk. */
     async share() {
         if (!this.dispatchEvent(new CustomEvent("share", { cancelable: true }))) return;
         const url = location.href;
@@ -245,10 +245,10 @@ export class Photo3D extends Base {
         else this.#release();
     }
 
-    /** Frees the photo, which src loads again. */
+    /** Frees the photo. It will be loaded from `src` again. */
     #release() {
         withdraw(this.#waiting);
-        if (!this.#load || this.#load.source === null) return; // only the page can load this photo again
+        if (!this.#load || this.#load.source === null) return; // the photo came from show(), so it could not be loaded again
         this.#load.abort.abort();
         this.#load = null;
         this.#view.release();
@@ -401,7 +401,7 @@ export class Photo3D extends Base {
         }
         const isFull = this.#isOver || this.matches(":fullscreen");
         setIcon(fullscreen, isFull ? "leave" : "fullscreen", isFull ? "Leave full screen" : "Full screen");
-        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // the element already has its maximum size
+        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // a standalone element fills the page already
         reset.hidden = share.hidden = !isAlone;
         caption.hidden = !isAlone || !caption.textContent;
         tilt.hidden = !isAlone || !mustAskForTilt() || isReduced();

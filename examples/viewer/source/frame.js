@@ -29,7 +29,7 @@ const wayIn = 0.22;
 /** Hidden share of a photo whose surfaces end at its border: of its width on the left and right, of its height at the top and bottom. */
 export const croppedBorder = 0.034;
 
-/** The model fades between these reaches, when a head leaves the limits of the photo. A flat screen never goes so far. */
+/** Results of headReach() between which the model fades from opaque to invisible. A flat screen has no fading. */
 const fading = { begin: 0.7, end: 1 };
 
 /** @param {number} reach  see headReach(). @returns {number} 1: opaque, 0: invisible */
@@ -54,12 +54,12 @@ export class FlatFrame {
         /** The mean disparity, so that the nearest and the farthest surface move equally far. */
         const { nearest, farthest } = photo.isPastFrame ? photo.budget : photo;
         this.pivot = 2 / (1 / nearest + 1 / farthest);
-        /** Moving sideways by `farthestAside` moves the nearest and the farthest surface by the border's share for it. */
+        /** At this distance to the side, the nearest and the farthest surface have moved by the part of the border that is for sideways motion. */
         this.farthestAside = photo.isPastFrame ? asideWithin(photo.budget) : (sideways * border) / (1 / nearest - 1 / this.pivot);
-        // Otherwise the viewer could see a photo without depth from the side.
+        // Limits photos with little depth, which the viewer could otherwise see from the side.
         this.farthestAside = Math.min(this.farthestAside, 0.35 * this.pivot);
         this.farthestIn = wayIn * photo.nearest;
-        /** Moving back by `farthestBack` shrinks the nearest surface by the rest of the border. */
+        /** At this distance back, the nearest surface has shrunk by the rest of the border. */
         this.farthestBack = (photo.nearest * (1 - sideways) * border) / Math.max(halfWidth, photo.halfHeight);
         if (photo.isPastFrame) this.farthestBack = this.farthestIn;
         /** Whether the frame stays on the photo's border at the pivot when the viewer moves back. */

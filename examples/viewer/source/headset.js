@@ -25,7 +25,7 @@ export class Head {
         this.moved = new Vector3();
     }
 
-    /** @param {XRViewerPose} pose */
+    /** Computes the members from the head's pose, relative to its first pose. @param {XRViewerPose} pose */
     update(pose) {
         const { position: p, orientation: o } = pose.transform;
         const position = new Vector3(p.x, p.y, p.z);
@@ -56,8 +56,9 @@ export async function hasHeadset() {
 export const requestHeadset = () => navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local"] });
 
 /**
- * Returns the head's motion relative to its limit; at 1, an eye sees all hidden surfaces. Does not count the motion of two resting eyes,
- * up to half of the limit, so that very near surfaces stay visible with two eyes.
+ * Returns the head's motion relative to its limit; at 1, an eye sees all hidden surfaces. The eyes of a resting head already use a part of
+ * the limit, because they lie beside the photo's viewpoint. This part is not counted, and at least half of the limit remains for the head,
+ * so that very near surfaces stay visible with two eyes.
  *
  * @param {Head} head
  * @param {import("./photo.js").Photo} photo

@@ -4,7 +4,7 @@ const key = "photo-3d-hint";
 const seconds = 6;
 let isShown = false;
 
-/** Some pages have no storage: sandboxed frames, private windows. */
+/** Whether this person has seen the hint. Sandboxed frames and private windows have no storage to remember it. */
 function wasSeen() {
     try {
         return localStorage.getItem(key) !== null;

@@ -6,7 +6,7 @@
 /** Seconds in which the viewer moves two thirds of the way to its target: during input, and back to rest. */
 const easeSeconds = { led: 0.12, resting: 0.35 };
 
-/** Less than this is invisible. */
+/** Smaller differences of position are invisible. */
 const nothing = 1e-3;
 
 /** Motion from scrolling the photo from the window's center to an edge. */
@@ -52,7 +52,7 @@ export class Motion {
         this.isIdle = false;
     }
 
-    /** Every input ends the sway. */
+    /** Ends the sway; every input calls this. */
     lead() {
         this.isIdle = false;
         this.ease = easeSeconds.led;

@@ -89,7 +89,7 @@ async function start() {
         await shown.show(bytes);
     } catch (failure) {
         const isFlat = failure.name === "NotSupportedError";
-        shown.report(isFlat ? `${failure.message} This is the photo without it.` : `This 3D photo can't be shown. ${failure.message}`);
+        shown.report(isFlat ? `${failure.message} This is the flat photo.` : `This 3D photo can't be shown. ${failure.message}`);
     }
 }
 

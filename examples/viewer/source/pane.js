@@ -25,12 +25,12 @@ export class Pane {
         this.target = { zoom: 1, x: 0, y: 0 };
     }
 
-    /** Half the visible size, relative to half the frame. */
+    /** Returns the visible share of the frame's width and height at this zoom. */
     half({ zoom }) {
         return { x: this.covered.x / zoom, y: this.covered.y / zoom };
     }
 
-    /** Keeps the frame's edges outside the canvas. */
+    /** Limits a magnification and a position so that the canvas shows nothing beyond the frame's edges. */
     limited({ zoom, x, y }) {
         const magnified = clamp(zoom, 1, maxZoom);
         const half = this.half({ zoom: magnified });

@@ -15,8 +15,8 @@ import { checkGlb } from "./check_glb.js";
  * @property {number} halfHeight  half the photo's height at distance 1: the tangent of half the vertical field of view
  * @property {number} nearest  distance of the nearest surface along the optical axis
  * @property {number} farthest  distance of the farthest surface
- * @property {boolean} fillsView  true for photos; other models stand alone
- * @property {boolean} isPastFrame  surfaces continue past the border, as far as the budget reveals them behind a frame of its size
+ * @property {boolean} fillsView  true for photos; false for other models, around which the background is visible
+ * @property {boolean} isPastFrame  whether surfaces continue past the photo's border, as far as motion within the budget uncovers them
  * @property {import("./budget.js").Budget | null} budget  motion limits; null if the file has none
  */
 
@@ -68,7 +68,7 @@ export function disposeOf(photo) {
     });
 }
 
-/** Calls `visit` with every vertex of every mesh, in the space around the model. */
+/** Calls `visit` with every vertex of every mesh, in world coordinates. */
 function forEachVertex(model, visit) {
     const vertex = new Vector3();
     model.traverse((part) => {
@@ -77,7 +77,7 @@ function forEachVertex(model, visit) {
     });
 }
 
-/** Ignores vertices that are not in front of the camera, since they are invisible. */
+/** Returns the distances of the nearest and the farthest vertex in front of the camera; others are invisible. */
 function depthRange(model) {
     let nearest = Infinity;
     let farthest = 0;
@@ -88,7 +88,7 @@ function depthRange(model) {
         }
     });
     if (!(farthest > 0 && farthest < Infinity)) throw new Error("It shows nothing in front of its camera.");
-    // a model without depth is like a photo on a wall
+    // A flat model gets a minimum depth range.
     return { nearest, farthest: Math.max(farthest, nearest * 1.001) };
 }
 

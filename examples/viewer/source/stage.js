@@ -41,7 +41,7 @@ class Stage {
         if (this.views.size === 0) document.removeEventListener("scroll", this.whenScrolled, { capture: true });
     }
 
-    /** Requests a frame for everything that has changed. */
+    /** Requests an animation frame, in which draw() draws every photo that has changed. */
     request() {
         if (this.requested === 0 && !this.hasSession) this.requested = requestAnimationFrame((time) => this.draw(time));
     }

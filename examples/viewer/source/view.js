@@ -85,7 +85,7 @@ export class View {
     prepare(renderer) {
         if (this.preparedBy === renderer) return;
         this.preparedBy = renderer;
-        // surfaces that recede from the viewer show their textures at a slant
+        // sharpens the textures of surfaces that are seen at a slant
         const anisotropy = Math.min(4, renderer.capabilities.getMaxAnisotropy());
         this.photo.model.traverse((part) => {
             for (const material of [part.material ?? []].flat()) if (material.map) material.map.anisotropy = anisotropy;

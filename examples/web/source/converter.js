@@ -17,7 +17,7 @@ import { isOneFile, readAsset } from "./assets.js";
 /** Threads need shared memory, which browsers allow only on pages that the server isolates. */
 const canHaveThreads = () => !isOneFile() && globalThis.crossOriginIsolated && navigator.hardwareConcurrency > 1;
 
-/** Whether a file is HEIC, by the brands at its beginning, none of which is AVIF's. */
+/** Whether a file is HEIC: the brands at its beginning include one of HEIC and none of AVIF. */
 function isHeic(bytes) {
     const brands = String.fromCharCode(...bytes.subarray(4, 40));
     return /^ftyp.*(hei[cxms]|hevc|mif1|msf1)/s.test(brands) && !/avi[fs]/.test(brands);

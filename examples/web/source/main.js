@@ -86,7 +86,7 @@ async function open() {
     inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
     element("share").hidden = !canShare(pageFile());
     element("video").hidden = !canvas || !videoType() || matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (document.activeElement === document.body) element("frame").focus(); // the focused button has disappeared, so keys look around
+    if (document.activeElement === document.body) element("frame").focus(); // the focused button has disappeared: lets the viewer handle keys
     return canvas;
 }
 
@@ -97,7 +97,7 @@ async function saveVideo() {
     showProgress("Recording the video", 0);
     try {
         const canvas = await open();
-        if (!canvas) throw new Error("The 3D photo can't be shown, and so not be recorded.");
+        if (!canvas) throw new Error("The 3D photo can't be shown, so it can't be recorded.");
         root.dataset.view = "recording";
         const video = await record(canvas, videoSeconds, (fraction) => showProgress("Recording the video", fraction));
         save(video, `${shown.name}.${video.type.startsWith("video/mp4") ? "mp4" : "webm"}`);
@@ -108,7 +108,7 @@ async function saveVideo() {
     setView("shown");
 }
 
-/** Dropped and pasted files, in the page and in the viewer. */
+/** Converts a file that the user drops on an element, or pastes into it. */
 function listenForFiles(where) {
     where.addEventListener("dragover", (event) => {
         event.preventDefault();
@@ -137,7 +137,7 @@ function start() {
     for (const id of ["file", "camera-file"])
         element(id).addEventListener("change", ({ target }) => {
             convert(target.files[0]);
-            target.value = ""; // choosing the same file again is a change
+            target.value = ""; // choosing the same file again then also fires "change"
         });
     element("choose").addEventListener("click", () => element("file").click());
     element("again").addEventListener("click", () => element("file").click());

@@ -1,4 +1,4 @@
-// Shows a 3D photo, and makes its page: the viewer of examples/viewer, filled like by `photo3d --html`.
+// Shows a 3D photo, and makes its page: the viewer of examples/viewer, filled as `photo3d --html` does.
 
 import { readAsset, toBase64 } from "./assets.js";
 

@@ -1,10 +1,14 @@
 // Runs the converter in a Worker, so that the page stays responsive. createConverter() is Emscripten's loader of the converter, which
 // converter.js prepends to this text.
 //
-// Messages in:   {load: {wasm, depth, inpainting, threads}}, once, where `threads` is {loader, worker}, the scripts of its threads, or null; {convert: {bytes, name, isExact, decoded, refusal}, id}, where `decoded`
-//                is what heic.js has read, or null, and `refusal` its message, or an empty text
-// Messages out:  {ready: {milliseconds, threads}}; {warm: {milliseconds}}; {stage, fraction, id}; {result: {glb, poster, width, height, isPastFrame, depthSource, stages,
-//                heap}, id}; {failure, id}
+// Messages in:   {load: {wasm, depth, inpainting, threads}}, once. `threads`: {loader, worker}, the scripts of its threads, or null
+//                {convert: {bytes, name, isExact, decoded, refusal}, id}. `decoded`: result of heic.js, or null; `refusal`: message of
+//                heic.js, or an empty text
+// Messages out:  {ready: {milliseconds, threads}}
+//                {warm: {milliseconds}}
+//                {stage, fraction, id}
+//                {result: {glb, poster, width, height, isPastFrame, depthSource, stages, heap}, id}
+//                {failure, id}
 /* global createConverter */
 
 /** Maximum side of a photo that the browser decodes: twice the converter's working size. */
@@ -26,7 +30,7 @@ onmessage = ({ data }) => {
     });
 };
 
-/** WebAssembly without memory throws a RuntimeError or a RangeError. */
+/** Returns the message of an error. WebAssembly throws a RuntimeError or a RangeError when memory runs out. */
 function messageOf(failure) {
     return failure instanceof WebAssembly.RuntimeError || failure instanceof RangeError ? "not enough memory" : failure.message;
 }
@@ -36,7 +40,7 @@ async function load({ wasm, depth, inpainting, threads }) {
     const options = { wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) };
     if (threads) {
         const address = URL.createObjectURL(scriptOf(threads.worker));
-        shared = new WebAssembly.Memory({ initial: 256, maximum: 16384, shared: true }); // as build.sh states, in pages of 64 KiB
+        shared = new WebAssembly.Memory({ initial: 256, maximum: 16384, shared: true }); // in pages of 64 KiB: the two sizes in build.sh
         Object.assign(options, { wasmMemory: shared, mainScriptUrlOrBlob: scriptOf(threads.loader), locateFile: () => address });
     }
     converter = await createConverter(options);

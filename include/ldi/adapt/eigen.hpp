@@ -1,6 +1,6 @@
-// Meshes and poses as Eigen types, without a copy: V, F and UV are matrices with one row per vertex or triangle, as in libigl,
-// and the pose of a view is an isometry. Requires Eigen 3.4; no other header of ldi does. If you use the single header, include
-// it before this one.
+// Maps a mesh's memory as Eigen matrices without a copy: V, F and UV with one row per vertex or triangle, as in libigl. Converts
+// the pose of a view to and from an Eigen isometry. Requires Eigen 3.4; no other header of ldi does. If you use the single
+// header, include it before this one.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER

@@ -84,9 +84,9 @@ struct memory_block {
 
 /// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
-/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps its
-/// values; without exceptions, it raises error_code::out_of_memory. It also keeps them if a copy constructor throws while it
-/// grows or is assigned. It raises too_large for a size beyond the address space.
+/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
+/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
+/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign().
 template <class T>
 class buffer {
 public:
@@ -181,7 +181,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
-    /// The values to assign must not lie in this buffer, except a single one.
+    /// `value` may lie in this buffer; the range of the other assign() must not.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -261,7 +261,7 @@ public:
     }
 
 private:
-    // Compiler built-in: the standard library's traits instantiate several more templates for every type of value.
+    // Uses a compiler built-in, because the standard library's traits instantiate several more templates for every type of value.
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
@@ -282,14 +282,14 @@ private:
         block_.size = count;
     }
 
-    void reallocate(std::size_t new_capacity) {  // called rarely, from many places
+    void reallocate(std::size_t new_capacity) {  // calls functions that are not inlined, because it runs rarely
         if constexpr (moves_as_bytes)
             block_.reallocate(new_capacity, sizeof(T), alignment);
         else
             move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
-        buffer moved;  // destroys its values and releases `place` if a constructor throws, else does so with the old block
+        buffer moved;  // its destructor releases `place` if a constructor throws, and otherwise the old block
         moved.block_ = {place, 0, new_capacity, block_.from};
         for (; moved.size() < size(); ++moved.block_.size) ::new (moved.place_at_end()) T(std::move(data()[moved.size()]));
         swap(moved);

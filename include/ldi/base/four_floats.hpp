@@ -1,6 +1,6 @@
-// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
-// Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
-// Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
+// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang provide this vector type. ldi
+// uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags. With
+// other compilers, or LDI_STANDARD_ONLY, a struct with the same operations and the same results replaces it.
 //
 // Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
 // -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
@@ -34,7 +34,7 @@ bool all_of(Comparison holds) noexcept {
 }
 
 #if defined(__SSE__)
-// GCC does not recognize that each comparison below is a single instruction.
+// GCC does not compile the comparisons after #else to these single instructions.
 inline four_floats smaller(four_floats a, four_floats b) noexcept { return _mm_min_ps(a, b); }
 inline four_floats larger(four_floats a, four_floats b) noexcept { return _mm_max_ps(a, b); }
 #else

@@ -55,7 +55,9 @@ inline const memory& current_memory() { return *detail::memory_of_thread(); }
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
 class memory_scope {
 public:
+    /// from  must outlive the scope
     explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
+    explicit memory_scope(const memory&&) = delete;
     ~memory_scope() { detail::memory_of_thread() = before_; }
     memory_scope(const memory_scope&) = delete;
     memory_scope& operator=(const memory_scope&) = delete;

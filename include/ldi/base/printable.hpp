@@ -14,11 +14,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Shortens a name that was read from a file, and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
-    constexpr std::size_t most = 80;
-    std::string result(name.substr(0, most));
+    constexpr std::size_t max_length = 80;
+    std::string result(name.substr(0, max_length));
     for (char& c : result)
         if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > most ? "..." : "");
+    return result + (name.size() > max_length ? "..." : "");
 }
 
 /// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.

@@ -13,7 +13,7 @@ struct progress_listener {
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
     bool (*is_canceled)(void* user) = nullptr;
 
-    /// Reports progress. Raises error_code::canceled if the caller requests to stop.
+    /// Reports progress. Raises canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
         if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");

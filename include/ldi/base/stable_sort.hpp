@@ -9,7 +9,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Sorts by `before(a, b)`; equal values keep their order. Merges bottom-up, with K log K comparisons.
+/// Sorts K values by `before(a, b)`; equal values keep their order. Merges bottom-up, with up to about K log K comparisons.
 template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
     constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment

@@ -1,4 +1,4 @@
-// Charts: flat pieces of a layered image (charts/charts.hpp divides one), and their positions in an atlas.
+// Charts: flat pieces of a layered image, into which charts/charts.hpp divides it, and their positions in an atlas.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -12,6 +12,10 @@
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Maximum width and height of a chart's bounding box, in pixels: the maximum side of the default atlas
+/// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
+inline constexpr std::int32_t max_chart_box = 8192;
 
 /// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
@@ -42,7 +46,7 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
     const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
     const std::int32_t *const x = g.x().data(), *const y = g.y().data();
-    std::int32_t previous = no_pixel, different = 0, outside = 0;  // outside: negative if a pixel is
+    std::int32_t previous = no_pixel, different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
     for (std::size_t i = 0; i < box.pixels.size();) {
         // Pixels adjacent in memory are checked with vector instructions, because this runs over all pixels.
         const std::int32_t first = box.pixels[i];

@@ -26,24 +26,26 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct chart_options {
-    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
-    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
-    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
-    /// divided at all, so the default divides only larger photos.
+    /// Maximum width and height of a bounding box, in pixels; 16 to max_chart_box. The photo's width and height are divided
+    /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight
+    /// filled their atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the
+    /// photo was not divided at all, so the default divides only larger photos.
     std::int32_t max_side = 2048;
     /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
-    /// such as rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
+    /// like rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once and at most
-/// six times, if their boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
+/// invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
+/// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 18 bytes per pixel
+/// and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
-    if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
+    if (options.max_side < 16 || options.max_side > max_chart_box)
+        raise(error_code::invalid_option, "max_side", "16 to " + std::to_string(max_chart_box), std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
     constexpr std::int32_t min_side = 64;

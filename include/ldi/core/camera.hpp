@@ -48,9 +48,10 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 }
 
 /// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
-/// cause equal motion on screen.
+/// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range).
 struct depth_range {
-    float z_near = 1.0F;  ///< depth at disparity 1, in meters if known
+    float z_near = 1.0F;  ///< depth at disparity 1
     float z_far = 10.0F;  ///< depth at disparity 0
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
@@ -61,7 +62,8 @@ struct depth_range {
     /// end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // the maximum is length (r - 1) / (r + 1), r^2 = a / b
+        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger divided by the smaller inverse depth.
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
     }
 };
 

@@ -52,7 +52,7 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns a column whose pixel i is pixel `order[i]` of `column`, with `channels` scalars per pixel.
+/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     buffer<Scalar> result(order.size() * channels);
@@ -81,7 +81,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
             result.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
         }
     }
-    return std::move(result).build();
+    return std::move(result).build(unchecked);
 }
 
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().

@@ -33,8 +33,8 @@ enum class orphan_rule {
 };
 
 namespace detail {
-/// Explores a pixel's 2 x 2 group breadth-first, in the order up, down, left, right. Returns the first pixel that it finds at the
-/// group's even/even corner, or no_pixel.
+/// Explores a pixel's 2 x 2 group breadth-first, in the order up, down, left, right. Returns the first pixel that it finds at
+/// even x and even y, or no_pixel.
 inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
@@ -114,8 +114,9 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
 /// Assigns to every pixel without a parent the parent of the nearest pixel that has one, counted in links. Breadth-first
 /// exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is reachable.
 ///
-/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues along
-/// the neighbor's own path. Pixels can therefore be settled in the order of their distance.
+/// Linear time: assigns parents ring by ring. A ring consists of the pixels at one distance from the nearest pixel with a parent.
+/// Breadth-first exploration from a pixel finds the path that starts with the first side on which the neighbor is one link
+/// closer, and continues with that neighbor's path. The pixel therefore adopts the parent of this neighbor.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
     constexpr std::int32_t pending = no_pixel - 1;  // marks pixels that are already in the next ring
     const auto parent_beside = [&](std::int32_t pixel) {
@@ -135,7 +136,7 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
-        // Settles a whole ring before the next, because pixels at the same distance must not adopt from each other.
+        // Assigns the parents of a whole ring at once, because pixels at the same distance must not adopt from each other.
         for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
@@ -153,18 +154,18 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
 /// position of a kept pixel is halved.
 ///
-/// Two kept pixels are linked if a path of two links connected them. They are two steps apart in one direction, so only the
-/// straight path is possible.
+/// Two kept pixels are linked if a path of two links connects them in the fine graph. They are two steps apart in one direction,
+/// so only the straight path is possible.
 ///
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
-/// group; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides about pixels without such a
-/// path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
+/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
+/// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     const buffer<pixel_run> runs = runs_of(g);
     graph_builder coarse = detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build();
+    result.topology = std::move(coarse).build(unchecked);
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
@@ -212,7 +213,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
 
     coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
                                         std::move(level.parent)};
-    const auto fill = [&]<class Column>(const Column&) {
+    const auto fill = [&]<class Column>(std::type_identity<Column>) {
         buffer<typename Column::scalar> values;
         for (std::int32_t c = 0; c < count; ++c) {
             values.clear();
@@ -222,7 +223,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
             std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
         }
     };
-    (fill(Columns{}), ...);
+    (fill(std::type_identity<Columns>{}), ...);
     return result;
 }
 

@@ -18,9 +18,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel. Up to three static functions
-/// compute the values of new pixels, coarser levels and vertices; a default replaces each function that a tag lacks. A function
-/// with one of these names and another signature does not compile.
+/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel, at most 64 KiB in all. Tags are
+/// never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a default
+/// replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -36,11 +36,15 @@ template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
-    { T::channels } -> std::convertible_to<std::size_t>;
-    requires(T::channels > 0 && T::channels <= 65536);
+    requires std::integral<std::remove_cv_t<decltype(T::channels)>>;
+    requires(T::channels > 0 && T::channels <= 65536 && sizeof(typename T::scalar) * T::channels <= 65536);
 };
 
-/// Rules for new pixels: the value of the pixel whose surface continues, or zero.
+/// Whether a column is one of `Columns`.
+template <class Column, class... Columns>
+concept one_of = (std::is_same_v<Column, Columns> || ...);
+
+/// Rules for new pixels. copied() returns the value of the pixel whose surface the new pixel continues; zeroed() returns 0.
 template <class Scalar>
 constexpr Scalar copied(Scalar origin) {
     return origin;
@@ -51,7 +55,8 @@ constexpr Scalar zeroed(Scalar) {
 }
 
 /// All channels of one or more pixels. A rule receives all of them, so that it can renormalize a vector or let pixels vote. The
-/// first pixel is the one that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+/// first pixel is the one that a coarser level keeps, or the vertex's own pixel (textured_mesh::pixels). All pixels have equal
+/// weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -67,9 +72,12 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Whether averaged() accepts the type. A mean of 64-bit identifiers or of enumerators has no meaning.
+/// Whether averaged() accepts the type. A mean of 64-bit identifiers, of enumerators or of texts has no meaning.
 template <class Scalar>
-concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4);
+concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4) && requires(Scalar s) {
+    static_cast<double>(s);
+    static_cast<Scalar>(1.0);
+};
 
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
@@ -97,8 +105,8 @@ using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
 template <payload_column Column>
 using values_of = std::array<typename Column::scalar, Column::channels>;
 
-/// Whether a tag has a member with the name of a rule, of whatever type or signature. Every name of `rule_names` is ambiguous in
-/// a class that inherits from the tag and from `rule_names`, if the tag has it, too.
+/// Detects whether a tag has a member with the name of a rule, whatever its type. column_and_names inherits from the tag and from
+/// rule_names. If the tag has the name, too, the name is ambiguous in column_and_names, and the concept lacks_... is false.
 struct rule_names {
     int new_pixel, coarser, at_vertex;
 };
@@ -120,9 +128,9 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag's rule, if it has one, accepts exactly the values of its column, by value or const reference, and returns them.
-/// Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would
-/// silently cut off values.
+/// Whether a tag has a rule that accepts exactly the values of its column, by value or const reference, and returns them. The
+/// constants ..._fits are true for such a rule and for a tag without the rule. Without this check, the default would silently
+/// replace a rule with a wrong signature, and a rule for a smaller type would silently cut off values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -182,9 +190,9 @@ values_of<Column> vertex_values(pixels_of<Column> pixels) {
         return averaged(pixels);
 }
 
-template <class Column, class Scalar>
-std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
-    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < column.size() / Column::channels);
+template <class Column, class Scalar, std::integral Index>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Index pixel) {
+    LDI_ASSERT(static_cast<std::size_t>(pixel) < column.size() / Column::channels);
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
 }
@@ -195,7 +203,7 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 
 }  // namespace detail
 
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
+/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, meaningless until the pixel is inpainted.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;

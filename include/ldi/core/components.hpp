@@ -1,5 +1,5 @@
-// Connected components: sets of pixels that links connect. Depth cleaning uses them (paper, section "Geometry", isolated features
-// at middle values), as does other code that treats a surface as a unit.
+// Connected components of a graph: sets of pixels that links connect, for code that treats a surface as a unit. Depth cleaning,
+// which has no graph yet, finds the components of a disparity map instead (depth/middle_components.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,14 +21,14 @@ struct components {
     std::size_t count() const { return size.size(); }
 };
 
-/// Finds the connected components of a graph in almost linear time. Pixels may be in any order. Canonical order is fastest:
-/// linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
+/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
+/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
     const buffer<pixel_run> runs = runs_of(g);
-    buffer<std::int32_t>& run_of = result.label;  // run of each pixel, until labels replace it
+    buffer<std::int32_t>& run_of = result.label;  // run of each pixel; the same memory receives the labels at the end
     run_of.resize(count);
     disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {

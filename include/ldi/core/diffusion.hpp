@@ -1,8 +1,8 @@
-// Isotropic diffusion of colors or other values into unknown cells (paper, section "Texture Atlas Generation", both paddings;
-// also inpainting without a network). Each unknown cell becomes the mean of its neighbors, which is the smoothest interpolation
-// of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
+// Isotropic diffusion of colors or other values into unknown cells. It fills the padding around charts (paper, section "Texture
+// Atlas Generation"), and inpaints without a network. Each unknown cell becomes the mean of its neighbors, which is the smoothest
+// interpolation of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation needs as many rounds as the gap is wide. This code joins the linked cells of 2 x 2 blocks into coarser cells,
+// Plain relaxation needs more rounds the wider a gap is. This code joins the linked cells of 2 x 2 blocks into coarser cells,
 // level by level, until every cell borders on a known one. It solves the coarsest level first. Each finer level starts from the
 // values of the coarser one, so that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so
 // results stay in the range of the known values.

@@ -8,6 +8,7 @@
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -49,9 +50,11 @@ namespace detail {
           std::to_string(width) + " x " + std::to_string(height));
 }
 
+[[noreturn]] inline void refuse_pixel_count() { raise(error_code::too_large, "graph", "fewer than 2^31 pixels", "more"); }
+inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
+
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only graph_view, graph and graph_builder can derive from it and change it, so that a finished graph never receives unchecked
-/// columns.
+/// Only graph_view, graph and graph_builder can derive from it and change it, so that other code cannot change a finished graph.
 template <class Column>
 class index_columns {
     static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
@@ -65,7 +68,7 @@ public:
 
     /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// Returns K as an index.
+    /// Returns K in the type of ldi's indices.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
@@ -73,13 +76,16 @@ public:
     index_view y() const& { return y_; }
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
-    index_view neighbors(side s) const& { return neighbors_[static_cast<std::size_t>(s)]; }
+    index_view neighbors(side s) const& {
+        LDI_ASSERT(static_cast<std::size_t>(s) < 4);
+        return neighbors_[static_cast<std::size_t>(s)];
+    }
     index_view up() const& { return neighbors(side::up); }
     index_view down() const& { return neighbors(side::down); }
     index_view left() const& { return neighbors(side::left); }
     index_view right() const& { return neighbors(side::right); }
 
-    // Columns of a temporary owner, which would be destroyed with it.
+    // No views of a temporary owner's columns, which would be destroyed with the owner.
     index_view x() const&& requires is_owner = delete;
     index_view y() const&& requires is_owner = delete;
     index_view neighbors(side) const&& requires is_owner = delete;
@@ -88,7 +94,10 @@ public:
     index_view left() const&& requires is_owner = delete;
     index_view right() const&& requires is_owner = delete;
 
-    std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
+    template <std::integral Index>
+    std::int32_t neighbor(Index pixel, side s) const {
+        return neighbors(s)[pixel];
+    }
 
     /// Number of lattice positions, W x H.
     std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
@@ -128,7 +137,8 @@ private:
 class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size, too_large for 2^31 pixels or
+    /// more.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
@@ -137,6 +147,7 @@ public:
         : index_columns(width, height) {
         x_ = x, y_ = y;
         column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
+        if (x.size() > detail::max_pixels) detail::refuse_pixel_count();
         for (const index_view& column : {y, up, down, left, right})
             if (column.size() != x.size())
                 raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",

@@ -8,10 +8,22 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Tag for overloads that skip a check. The caller guarantees what the check would find out.
+struct unchecked_t {};
+inline constexpr unchecked_t unchecked{};
+
+namespace detail {
+[[noreturn]] inline void refuse_graph(const violation& found) {
+    raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
+          "a violation at pixel " + std::to_string(found.pixel));
+}
+}  // namespace detail
 
 /// A graph under construction. It can be read like a finished graph.
 ///
@@ -22,14 +34,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
-    /// count          number of initial pixels, all at (0, 0) and without links
+    /// count          number of initial pixels, all at (0, 0) and without links; raises too_large for 2^31 or more
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
+        if (count > detail::max_pixels) detail::refuse_pixel_count();
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
     /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
     /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
+        if (count > detail::max_pixels) detail::refuse_pixel_count();
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
@@ -40,9 +54,11 @@ public:
         for (const side s : all_sides) column(s) = g.neighbors(s).copy();
     }
 
-    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice.
+    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice. Raises too_large if
+    /// there are 2^31 - 1 pixels.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
+        if (size() >= detail::max_pixels) detail::refuse_pixel_count();
         make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
         for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
@@ -53,7 +69,7 @@ public:
     /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
         return exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
-               x_[b] == x_[a] + step_x(s) && y_[b] == y_[a] + step_y(s);
+               x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
 
@@ -68,20 +84,25 @@ public:
     void unlink(std::int32_t a, side s) {
         LDI_ASSERT(exists(a));
         std::int32_t& there = column(s)[a];
-        if (there == no_pixel) return;
-        column(opposite(s))[there] = no_pixel;
+        if (exists(there)) column(opposite(s))[there] = no_pixel;  // set_neighbor() may have stored any number
         there = no_pixel;
     }
 
-    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, which could change the graph
-    /// after build().
+    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, because the caller could
+    /// change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
     /// direction, too. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
+    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
+    /// then remains unchanged. Linear time.
     graph build() && {
+        if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
+        return graph(std::move(*this));
+    }
+    /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
+    graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }
@@ -111,7 +132,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
             g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
             g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
-    return std::move(g).build();
+    return std::move(g).build(unchecked);
 }
 
 }}  // namespace ldi

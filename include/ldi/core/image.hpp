@@ -95,6 +95,7 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) const {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data_ + static_cast<std::size_t>(y) * row_stride_;
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
@@ -109,10 +110,17 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
+namespace detail {
+template <class>
+inline constexpr bool is_image_view = false;
+template <class Scalar>
+inline constexpr bool is_image_view<image_view<Scalar>> = true;
+}  // namespace detail
+
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 ///
-/// A temporary image converts to a read-only view, so that it can be an argument. C++ cannot tell this from
-/// `image_view<const T> v = make();`, whose view refers to a destroyed image. view() and row() of a temporary do not compile.
+/// A temporary image converts to a read-only view, so that it can be an argument. Therefore `image_view<const T> v = make();`
+/// compiles, too, but `v` then refers to a destroyed image. view() and row() of a temporary do not compile.
 template <class Scalar>
 class image {
 public:
@@ -177,10 +185,12 @@ public:
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) & {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
     const Scalar* row(Index y) const& {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_);
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>

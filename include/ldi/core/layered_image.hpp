@@ -17,6 +17,7 @@
 #include <ldi/core/validate.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -83,7 +84,7 @@ class layered_image {
 public:
     /// Whether the layered image has this column.
     template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+    static constexpr bool has = one_of<Column, Columns...>;
 
     layered_image() = default;
     /// Initializes all columns to zero.
@@ -92,19 +93,19 @@ public:
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Moves the graph and the common columns from another layered image. Columns that it lacks become zero.
+    /// Moves the graph and the common columns from another layered image. Columns that the other image lacks become zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
-        const auto make = [&]<class Column>(const Column&) {
+        const auto make = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (!layered_image<Others...>::template has<Column>)
                 values<Column>().resize(other.size() * Column::channels);
         };
-        const auto take = [&]<class Column>(const Column&) {
+        const auto take = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
         };
-        (make(Columns{}), ...);  // first, so that `other` does not change if memory runs out
-        (take(Columns{}), ...);
+        (make(std::type_identity<Columns>{}), ...);  // first, so that `other` does not change if memory runs out
+        (take(std::type_identity<Columns>{}), ...);
         graph_ = std::move(other.graph_);
         other = {};
     }
@@ -124,31 +125,31 @@ public:
     std::size_t size() const { return graph_.size(); }
 
     /// Returns K x channels scalars.
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<typename Column::scalar> column() & {
         return values<Column>();
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const& {
         return std::get<storage<Column>>(columns_).values;
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         values<Column>() = std::move(scalars);
@@ -163,7 +164,7 @@ public:
             layered_image &image, &edited;
             graph_builder links;
             ~restorer() {
-                edited.graph_ = std::move(links).build();
+                edited.graph_ = std::move(links).build(unchecked);
                 image = std::move(edited);
             }
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
@@ -171,14 +172,14 @@ public:
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. If it does, or if memory
-    /// runs out, nothing changes.
+    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
+    /// memory runs out, the image is unchanged.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K, one per pixel; raises mismatch for another number
+    /// kept  K values, one per pixel; raises mismatch for another number
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
@@ -194,7 +195,7 @@ public:
                 b.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
             }
         }
-        *this = with_pixels(std::move(b).build(), old_index);
+        *this = with_pixels(std::move(b).build(unchecked), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
@@ -209,11 +210,11 @@ public:
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
-        const auto move_column = [&]<class Column>(const Column&) {
+        const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
             old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
-        (move_column(Columns{}), ...);
+        (move_column(std::type_identity<Columns>{}), ...);
         result.graph_ = std::move(grown.topology);
         *this = std::move(result);
         return std::move(grown.pieces);

@@ -5,6 +5,7 @@
 #include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,6 +15,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+template <payload_column... Columns>
+class layered_view;
+
+namespace detail {
+template <class>
+inline constexpr bool is_layered_view = false;
+template <class... Columns>
+inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
+}  // namespace detail
+
 /// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
 template <payload_column... Columns>
 class layered_view {
@@ -21,7 +32,7 @@ class layered_view {
 
 public:
     template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+    static constexpr bool has = one_of<Column, Columns...>;
 
     /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
@@ -31,20 +42,22 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
-    /// Accepts an image or layer that is not a temporary, or any other view.
+    /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
+    /// column(), unless it is a temporary.
     template <has_columns<Columns...> Layers>
-    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> && requires { std::declval<Layers>().topology(); })
+    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
+             (std::is_lvalue_reference_v<Layers> || detail::is_layered_view<std::remove_const_t<Layers>>))
         layered_view(Layers&& layers)
         : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
 
     const graph_view& topology() const { return graph_; }
     std::size_t size() const { return graph_.size(); }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const {
         return std::get<shown<Column>>(columns_).values;
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
 

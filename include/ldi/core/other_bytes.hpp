@@ -1,4 +1,4 @@
-// A walk over the few values of a byte column that differ from the usual value, such as the unknown pixels of a photo.
+// Visits the few values of a byte column that differ from the usual value, such as the unknown pixels of a photo.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

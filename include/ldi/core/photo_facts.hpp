@@ -17,7 +17,7 @@ inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
-    depth_range range{};      ///< distances at disparity 1 and 0
+    depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
     /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0 if
     /// there are none.

@@ -23,30 +23,30 @@ public:
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
     };
 
-    explicit pixel_region(std::int32_t width = 0) : width_(width) { first_run_.push_back(0); }
+    explicit pixel_region(std::int32_t width = 0) : width_(width) {}
 
     void add_run(std::int32_t first, std::int32_t last) {
         LDI_ASSERT(first >= 0 && first < last && last <= width_);
-        if (runs_.count() > first_run_.back() && runs_.back().last == first) {
+        const bool is_first = runs_.count() == first_run(height());
+        if (!is_first && runs_.back().last == first) {
             runs_.back().last = last;
         } else {
-            LDI_ASSERT(runs_.count() == first_run_.back() || runs_.back().last < first);
-            runs_.push_back({first, last, count_});
+            LDI_ASSERT(is_first || runs_.back().last < first);
+            runs_.push_back({first, last, count()});
         }
-        count_ += last - first;
     }
-    void end_row() { first_run_.push_back(runs_.count()); }
+    void end_row() { row_ends_.push_back(runs_.count()); }
 
     std::int32_t width() const { return width_; }
-    std::int32_t height() const { return first_run_.count() - 1; }
+    std::int32_t height() const { return row_ends_.count(); }
     /// Number of pixels.
-    std::int32_t count() const { return count_; }
-    std::size_t size() const { return static_cast<std::size_t>(count_); }
+    std::int32_t count() const { return runs_.empty() ? 0 : runs_.back().pixel_at(runs_.back().last); }
+    std::size_t size() const { return static_cast<std::size_t>(count()); }
 
     /// Returns the runs of a row; empty for rows outside the lattice.
     std::span<const run> row(std::int32_t y) const {
         if (y < 0 || y >= height()) return {};
-        return {runs_.data() + first_run_[y], static_cast<std::size_t>(first_run_[y + 1] - first_run_[y])};
+        return {runs_.data() + first_run(y), static_cast<std::size_t>(row_ends_[y] - first_run(y))};
     }
 
     /// Writes the numbers of the pixels at (x, y), (x + 1, y), ...; no_pixel outside the region.
@@ -66,9 +66,12 @@ public:
     }
 
 private:
-    std::int32_t width_, count_ = 0;
+    /// Index of the first run of a row.
+    std::int32_t first_run(std::int32_t y) const { return y == 0 ? 0 : row_ends_[y - 1]; }
+
+    std::int32_t width_;
     buffer<run> runs_;
-    buffer<std::int32_t> first_run_;  // index of each row's first run, then the number of runs
+    buffer<std::int32_t> row_ends_;  // number of runs up to the end of each row
 };
 
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.

@@ -1,5 +1,5 @@
 // Runs: pixels that are contiguous in memory and linked from left to right. An LDI in canonical order consists mostly of long
-// runs, so that a walk over runs is a walk over image rows.
+// runs, so that code can process them like the rows of an image.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

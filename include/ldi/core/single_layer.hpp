@@ -8,6 +8,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -27,7 +28,7 @@ template <payload_column... Columns>
 class single_layer {
 public:
     template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+    static constexpr bool has = one_of<Column, Columns...>;
 
     single_layer() = default;
     /// Raises mismatch unless the pixels are those of one layer in the photo's order.
@@ -43,27 +44,27 @@ public:
     const graph& topology() const& { return layers_.topology(); }
     const graph& topology() const&& = delete;  // the graph would be destroyed with the layer
     std::size_t size() const { return layers_.size(); }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<typename Column::scalar> column() & {
         return layers_.template column<Column>();
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const& {
         return layers_.template column<Column>();
     }
-    template <payload_column Column>
+    template <one_of<Columns...> Column>
     array_view<const typename Column::scalar> column() const&& = delete;
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<typename Column::scalar, Column::channels> at(Index pixel) & {
         return layers_.template at<Column>(pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const& {
         return layers_.template at<Column>(pixel);
     }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
-    template <payload_column Column>
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
+    template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));
     }
@@ -77,10 +78,9 @@ public:
     /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // normals stay with their pixels up to the mesh
     template <payload_column Column>
-    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
-        static_assert(!has<Column>);
+    requires(!has<Column>) single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
         if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         single_layer<Columns..., Column> result;
         result.layers_ = layered_image<Columns..., Column>(std::move(layers_));

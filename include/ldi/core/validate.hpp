@@ -1,5 +1,5 @@
-// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() asserts that there
-// is none. Call validate() to check a graph_view of your own memory.
+// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() raises an error if
+// there is a violation. Call validate() to check a graph_view of your own memory.
 #pragma once
 
 #include <ldi/base/config.hpp>

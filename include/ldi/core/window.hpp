@@ -17,8 +17,8 @@ inline constexpr std::int32_t max_kernel_size = 15;
 
 namespace detail {
 
-/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. Each
-/// corner then is two steps away on two paths, and no other path leads there.
+/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
+/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
 inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
     const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
     if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
@@ -35,7 +35,8 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
-///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no link leads there inside the window
+///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
+///              there
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
 /// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is

@@ -2,11 +2,12 @@
 // strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
 // the camera moves.
 //
-// A band surrounds each discontinuity curve; its width is the uncertainty of the depth map. Colors outside the band, on both
-// sides, supply color models of the front and the back surface. The best cut through the band separates front colors from back
-// colors, follows contrast, and has no jumps. It is a shortest path, found by dynamic programming, as the contours of Rother et
-// al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old
-// curve and the new one change sides.
+// A band of pixels surrounds each discontinuity curve. In its middle, up to the depth map's uncertainty on either side of the
+// curve, the silhouette may be anywhere. The pixels beyond supply color models of the front and the back surface. The best cut
+// through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest path, found by
+// dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Junctions and
+// ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old curve and the new
+// one change sides.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,8 +17,8 @@
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/core/trace_curves.hpp>
 #include <ldi/depth/detail/straightened_curve.hpp>
-#include <ldi/depth/trace_curves.hpp>
 
 #include <algorithm>
 #include <array>
@@ -42,7 +43,7 @@ struct alignment_options {
 
 namespace detail::curves {
 
-// Computes the cost of cutting each row of a band at each position, and the cheapest path along the band.
+// Computes the cost of each cut and the cheapest path along a band. A cut is the position at which the new curve crosses a row.
 class band_cut {
 public:
     // is_closed  whether the band's last row repeats its first row
@@ -93,7 +94,7 @@ public:
 private:
     static constexpr float impossible = 1e6F;
     static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
-    static constexpr float max_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
+    static constexpr float max_evidence = 3.0F;  // maximum log-likelihood ratio of a pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -125,7 +126,8 @@ private:
         const float share = nearest_float(cut) / nearest_float(radius_);
         return distance_weight * share * share;
     }
-    // Contrast of the four pixels around a cut, as a share of the difference between the back and the front color.
+    // Contrast across a cut: the color difference between the first and the last of the four pixels around it, as a share of the
+    // difference between the back and the front color.
     float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
         const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
         if (before == nullptr || behind == nullptr) return 0.0F;
@@ -146,7 +148,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
         if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
         return cut.cheapest(0, b.size());
     }
-    // The path must end where it starts. It starts half way along the curve, at the cut that an unconstrained path has there.
+    // The path must end where it starts. It starts halfway along the curve, at the cut that an unconstrained path has there.
     const std::int32_t period = b.size() - 1, middle = period / 2;
     cut.fix(middle, cut.cheapest(0, period)[middle]);
     const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
@@ -155,7 +157,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
     return result;
 }
 
-// A pixel between the old and the new curve, and the curve side that it belongs to.
+// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `trace::sides`.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -193,7 +195,8 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels; averaging over several corners removes the stair steps. Ends stay in place.
+        // Cuts are whole pixels. Averaging them over `even` corners on either side removes the stair steps. An end of the curve
+        // keeps its own cut.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
@@ -259,9 +262,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
+/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
 /// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel, 8 per pixel that a curve passes over, and 26 bytes times the uncertainty per pixel side of the longest curve.
+/// bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the uncertainty per pixel
+/// side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {

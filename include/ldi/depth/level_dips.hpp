@@ -1,9 +1,9 @@
 // Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. The ring's outer border is a step of its own, where no object ends, and tears the background apart.
+// object. This dip ends in a second step, at which no object ends, and which tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
-// (Serra, "Image Analysis and Mathematical Morphology", 1982). Only dips are raised: a gap between two parts of an object is
-// much deeper, and remains.
+// (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
+// object is much deeper, and remains.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -75,7 +75,7 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises error_code::invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
+/// Raises invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
 /// radius; 16 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     if (options.radius < 0 || options.radius > 64)

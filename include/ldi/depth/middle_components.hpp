@@ -16,7 +16,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct middle_component_options {
-    /// Components with fewer pixels than this are merged.
+    /// Only components with fewer pixels than this are merged.
     std::int32_t min_size = 20;
 };
 
@@ -37,7 +37,7 @@ struct image_components {
     }
 };
 
-// End of the run of linked pixels that starts at `first`.
+// Returns the end of the run of linked pixels that starts at `first`. Neighbors on one surface count as linked.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
     constexpr std::int32_t step = 16;  // pixels per block: most are linked, and compilers vectorize the inner loop
     std::int32_t end = first + 1;

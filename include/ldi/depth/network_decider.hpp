@@ -30,9 +30,10 @@ public:
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
-    /// Decides the silhouettes of a depth map. In the result, disparities in the band lie on one of the two surfaces, not between
-    /// them. If samples are as small as pixels, aligned_silhouettes decides instead, because such depth locates silhouettes
-    /// better than the network does. Time and memory are linear in the number of pixels for any disparity.
+    /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
+    /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
+    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels
+    /// for any disparity.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -59,7 +60,8 @@ public:
 private:
     /// Minimum difference between front and back. Lower steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
+    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels. An island is a group of connected
+    /// pixels on one side of a step, inside the band; smaller ones change to the other side.
     static constexpr double min_island_samples = 120;
     /// Factor of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.

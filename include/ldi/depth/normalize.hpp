@@ -18,27 +18,27 @@ struct normalize_options {
     /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
     /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// Relative difference between adjacent levels of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits encode
-    /// the logarithm of disparity; 0 for a source with fine levels.
+    /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
+    /// bits encode the logarithm of disparity; 0 for a source with fine levels.
     float relative_step = 0.0F;
-    /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, one step is a large part of the range; disparity then does not reach 0.
+    /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a scene
+    /// as flat as a wall, one step is a large part of the range; disparity then does not reach 0.
     float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
     /// up to scale and shift, and `assumed_range` replaces the unknown distances.
     bool is_inverse_depth = true;
     /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// Distances in meters, used if the source does not determine them.
+    /// Distances that are used if the source does not determine them, with 1e-6 <= z_near <= z_far <= 1e9.
     depth_range assumed_range = {};
-    /// Maximum ratio of the farthest to the nearest distance. Larger ratios are clamped, because disparity near the horizon is
-    /// mostly noise.
+    /// Maximum ratio of the farthest to the nearest distance, 1 to 1e6. Larger ratios are clamped, because disparity near the
+    /// horizon is mostly noise.
     float max_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
-    depth_range range;       ///< distances at disparity 1 and 0
+    depth_range range;       ///< distances at disparity 1 and 0; meters if the source is metric
 };
 
 namespace detail {
@@ -84,8 +84,8 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option for an option outside its
+/// mismatch for another shape; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
 /// range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
@@ -108,8 +108,8 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is
-        // highest - span.
+        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Disparity 0 corresponds to the
+        // source's value highest - span.
         const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};

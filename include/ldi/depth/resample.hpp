@@ -48,7 +48,7 @@ struct window {
 // Up to four pixels of the photo: vector instructions process them together.
 struct four_pixels {
     std::size_t count = 0;
-    std::array<float, wide> x{}, y{};  // in samples
+    std::array<float, wide> x{}, y{};  // positions in samples
     std::array<float, wide> red{}, green{}, blue{};
     std::array<float*, wide> result{};
 };
@@ -94,13 +94,13 @@ inline image<float> nearest_samples(image_view<const float> disparity, image_vie
     return result;
 }
 
-// For each sample, whether the window around it contains an edge.
+// Returns for each sample whether the window around it contains an edge.
 inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule surface) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     const auto begin = [](std::size_t at) { return at < radius ? 0 : at - radius; };
     const auto end = [](std::size_t at, std::size_t count) { return (std::min)(at + radius + 1, count); };
     buffer<bool> result(rows * columns);
-    buffer<float> low(columns), high(columns);  // extremes of the columns of one row's windows
+    buffer<float> low(columns), high(columns);  // per column: extremes over the rows of a window
     for (std::size_t v = 0; v < rows; ++v) {
         std::copy_n(disparity.row(v), columns, low.begin()), std::copy_n(disparity.row(v), columns, high.begin());
         for (std::size_t y = begin(v); y < end(v, rows); ++y) {
@@ -155,7 +155,8 @@ private:
     std::size_t first_row(std::size_t v) const { return first_pixel(v, photo_.height(), disparity_.height()); }
     std::size_t first_column(std::size_t u) const { return first_pixel(u, photo_.width(), disparity_.width()); }
 
-    // Position of a pixel's center in the map, in samples; up to one sample outside the map.
+    // Position of a pixel's center in the map, in samples, between half a sample before the first and half a sample after the
+    // last sample's center.
     float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
     float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
 
@@ -185,8 +186,8 @@ private:
         around.count = count;
     }
 
-    // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples of its surface. exp(-a) is
-    // approximated by (1 - a/32 + a^2/2048)^32.
+    // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples on the median's surface.
+    // exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
     void set_medians(const window& around, const four_pixels& pixels) const noexcept {
         const four_floats x = load(pixels.x.data()), y = load(pixels.y.data()), red = load(pixels.red.data()),
                           green = load(pixels.green.data()), blue = load(pixels.blue.data());
@@ -270,8 +271,8 @@ private:
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
-/// Point-samples maps at least as fine as the photo. Raises error_code::mismatch for empty images or other numbers of channels,
-/// error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
+/// Point-samples maps at least as fine as the photo. Raises mismatch for empty images or other numbers of channels,
+/// invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {

@@ -132,7 +132,7 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 ///
-/// Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
+/// Raises invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
 /// sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},

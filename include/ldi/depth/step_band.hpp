@@ -1,6 +1,6 @@
-// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides. The band consists of curves of
-// pixels on a step, the front and back disparity of each curve pixel, and the nearest curve pixel of every pixel nearby.
-// examples/training/silhouettes/README.md defines the same band for training.
+// Finds the band of pixels beside sharp steps of a disparity map, in which the silhouette network assigns pixels to the front or
+// the back. A step is described by a curve of pixels and the front and back disparity of each of them. The band stores the
+// nearest curve pixel of every pixel nearby. examples/training/silhouettes/README.md defines the same band for training.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -24,9 +24,9 @@ struct step_band_options {
 
 /// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
 inline constexpr std::int32_t step_sides_radius = 4;
-/// Maximum distance of decided pixels from a curve.
+/// The network decides pixels up to this distance from a curve.
 inline constexpr std::int32_t step_band_radius = 12;
-/// Maximum distance from a curve of pixels that the network reads.
+/// The network reads pixels up to this distance from a curve.
 inline constexpr std::int32_t step_region_radius = 16;
 
 /// Pixels within step_region_radius of a curve.
@@ -56,8 +56,8 @@ struct step_band {
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
 /// least min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
-/// uppermost. Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6
-/// bytes per pixel, and 20 per pixel of the region.
+/// uppermost. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and columns of a curve.
+/// 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -87,7 +87,7 @@ private:
     static constexpr std::uint8_t beyond = radius + 1;
     /// Keys combine a candidate's squared distance and its column in one number, so that one minimum finds both.
     static constexpr std::int32_t column_bits = 6;
-    static constexpr std::uint16_t far_key = 49000;
+    static constexpr std::uint16_t far_key = 49000;  // no candidate nearby
 
     void find_curves() {
         buffer<std::uint8_t> stepped(disparity_.width(), 0);
@@ -172,7 +172,8 @@ private:
                                                             [](std::uint16_t key) { return key != far_key; });
             const std::int32_t column = static_cast<std::int32_t>(found - columns.begin()) - radius;
             if (column == width_) return;
-            // Extends the range over all columns that lie within `radius` of a column with a curve pixel.
+            // The range contains all columns within `radius` of a column with a candidate. It ends at the first gap of more than
+            // 2 * radius columns without a candidate.
             const std::int32_t first = (std::max)(x, column - radius);
             last = column + 1;
             for (std::int32_t u = last; u < (std::min)(width_, last + 2 * radius + 1); ++u)

@@ -1,7 +1,7 @@
 // The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
-// around a pixel, sorted by value, it selects the sample whose sums of preceding and of following weights are closest to equal.
-// Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight, which forces a
-// decision between the two sides.
+// around a pixel, sorted by value, it selects the sample for which the sum of the weights before it is closest to the sum of the
+// weights after it. Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight,
+// which forces a decision between the two sides.
 //
 // Sorting networks filter four pixels at once: they sort columns of five and merge pairs of columns, which neighboring windows
 // share; then they merge two pairs and a column. Weights depend only on the value, so only values are sorted.
@@ -155,15 +155,15 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the sums of the
-    // 12 weights on either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain
-    // medians are exact.
+    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
+    // either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain medians are
+    // exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
         const four_floats high =
             larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
-        const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // weights above 1 - 1.9/26
+        const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // all weights above 0.926
         return all_of(alike) ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
     }
 
@@ -220,8 +220,8 @@ private:
 ///
 /// disparity  H x W x 1, finite
 ///
-/// A sample whose 4-neighborhood contains another surface has zero weight, as have samples outside the image. A pixel without
-/// weighted samples keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
+/// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
+/// its value if all weights are zero. Raises invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {

@@ -13,7 +13,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
+/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, crc32() processes eight
 /// bytes at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
@@ -32,7 +32,9 @@ inline crc32_rows make_crc32_rows() {
 
 }  // namespace detail
 
-/// Returns the CRC-32 of bytes that follow others with the CRC-32 `before`.
+/// Continues a CRC-32: returns the checksum of all bytes so far.
+///
+/// before  checksum of the preceding bytes; 0 if there are none
 inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
     static const detail::crc32_rows rows = detail::make_crc32_rows();
     const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
@@ -50,7 +52,7 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 /// Returns the Adler-32 of the bytes.
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
+    constexpr std::size_t max_at_once = 5552;  // with more bytes, sum_of_sums could overflow
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
         const std::size_t count = (std::min)(bytes.size(), max_at_once);

@@ -22,7 +22,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  arithmetic; if empty, int8 if the weights contain the ranges that int8 requires, otherwise float32
+/// kind  number format of the computation; if empty, int8 for a file with the ranges of values that int8 requires, otherwise
+///       float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
 /// network.

@@ -6,19 +6,19 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/base/utf8.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/glb_contents.hpp>
+#include <ldi/formats/detail/glb_writer.hpp>
 #include <ldi/formats/jpeg_png_header.hpp>
 #include <ldi/formats/plain_png.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -27,7 +27,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The caller's own values at each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
+/// Values that the caller attaches to each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
 struct vertex_attribute {
     /// Attribute name in the form that glTF requires of custom attributes: an underscore, then capital letters, digits and
     /// underscores.
@@ -37,19 +37,21 @@ struct vertex_attribute {
 };
 
 struct glb_options {
-    /// Camera that took the photo. Viewers may start at its position. If absent, the file has no camera.
+    /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
+    /// absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
+    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
-    /// of the camera is written as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far, written together with `motion` as `nearest`
+    /// and `farthest`; unused without `motion`. If `camera` is present, its focal length is written as well, as
+    /// `focal_length_35mm`.
     depth_range range = {};
     /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
-    /// `motion`: a viewer may show the whole photo.
+    /// `motion`. It tells viewers that they need not hide the photo's border behind a smaller frame.
     bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
-    /// Additional vertex attributes with distinct names. Soft edges have none.
+    /// Additional vertex attributes with distinct names. The vertices of soft edges have no such attributes.
     buffer<vertex_attribute> attributes = {};
     /// Whether viewers draw the back sides of triangles. Back sides are visible only far from the photo's viewpoint, where they
     /// cover holes.
@@ -63,10 +65,10 @@ struct glb_options {
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
-/// Raises mismatch if the number of textures is not the number of parts, or if columns differ in length; invalid_data if the
-/// mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a
-/// texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond
-/// 4 GB.
+/// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
+/// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
+/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for a camera, a motion, a range or a
+/// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -76,8 +78,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
-/// about a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
+/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -95,6 +97,37 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
         read_picture_header(texture, "texture");
+    }
+}
+
+/// Focal length of a camera as it is written, in millimeters on 35 mm film.
+inline float focal_length_in_file(const pinhole_camera& camera) {
+    return camera.focal_length / focal_length_from_35mm(1.0F, camera.width, camera.height);
+}
+
+inline void check_options(const glb_options& options) {
+    const auto refuse = [](const char* option, const char* expected, const std::string& found) {
+        raise(error_code::invalid_option, option, expected, found);
+    };
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (const std::optional<pinhole_camera>& camera = options.camera)
+        if (camera->width <= 0 || camera->height <= 0 || !is_positive(camera->focal_length) ||
+            !is_positive(focal_length_in_file(*camera)))
+            refuse(
+                "glb_options::camera", "a positive size and a positive, finite focal length",
+                std::to_string(camera->width) + " x " + std::to_string(camera->height) + " and " + to_text(camera->focal_length));
+    if (options.motion) {
+        if (!(*options.motion >= 0) || !std::isfinite(*options.motion))
+            refuse("glb_options::motion", "a finite number of at least 0", to_text(*options.motion));
+        const depth_range& range = options.range;
+        if (!is_positive(range.z_near) || !is_positive(range.z_far) || range.z_near > range.z_far)
+            refuse("glb_options::range", "finite distances with 0 < z_near <= z_far",
+                   to_text(range.z_near) + " and " + to_text(range.z_far));
+    }
+    for (std::string_view rest = options.source; !rest.empty();) {
+        const std::size_t length = utf8_length(rest);
+        if (length == 0) refuse("glb_options::source", "UTF-8", printable(options.source));
+        rest.remove_prefix(length);
     }
 }
 
@@ -124,7 +157,6 @@ namespace detail::glb {
 
 /// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
-    LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
@@ -152,7 +184,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Adds the data for which glTF has no field as the scene's extras. Adds nothing if there is no such data.
+/// Adds the scene's extras: data for which glTF has no field. Adds nothing if there is no such data.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -160,9 +192,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
         before = ",";
     };
     if (options.motion) add("farthest", shortest(options.range.z_far));
-    if (options.motion && options.camera)
-        add("focal_length_35mm",
-            shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
+    if (options.motion && options.camera) add("focal_length_35mm", shortest(focal_length_in_file(*options.camera)));
     if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
     if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
@@ -215,57 +245,12 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Writes a file from front to back. Numbers are little-endian, as glTF requires.
-class writer {
-public:
-    explicit writer(std::byte* to) : to_(to) {}
-
-    template <std::unsigned_integral Integer>
-    void put(Integer value) {
-        for (std::size_t i = 0; i < sizeof value; ++i) *to_++ = static_cast<std::byte>(value >> (8 * i) & 255);
-    }
-    void put_bytes(const void* from, std::size_t count) {
-        if (count > 0) std::memcpy(to_, from, count);
-        to_ += count;
-    }
-    void put_padding(std::byte padding, std::size_t count) {
-        for (; count > 0; --count) *to_++ = padding;
-    }
-
-private:
-    std::byte* to_;
-};
-
-inline void put_floats(writer& to, std::span<const float> values) {
-    for (const float value : values) to.put(bits_of(value));
-}
-
-inline void put_geometry(writer& to, const geometry& g) {
-    put_floats(to, g.positions);
-    for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
-    for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
-    for (const own_attribute& a : g.own) put_floats(to, a.values);
-    for (const std::uint32_t i : g.triangles) {
-        if (g.has_short_indices())
-            to.put(static_cast<std::uint16_t>(i - g.first_vertex));
-        else
-            to.put(i - g.first_vertex);
-    }
-}
-
-inline void put_contents(writer& to, const contents& c) {
-    for (std::size_t i = 0; i < c.parts.size(); ++i) {
-        put_geometry(to, c.parts[i]);
-        to.put_padding(std::byte{0}, c.padding(i));
-    }
-    for (const std::span<const std::byte>& texture : c.textures) to.put_bytes(texture.data(), texture.size());
-}
-
 }  // namespace detail::glb
 
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                                     const glb_options& options) {
     using namespace detail::glb;
+    detail::check_options(options);
     detail::check_contents(mesh, textures);
     detail::check_attributes(mesh, options.attributes);
     buffer<own_attribute> own;

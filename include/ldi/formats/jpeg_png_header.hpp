@@ -58,7 +58,7 @@ public:
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
         // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
         if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
-        // A block of at most 256 pixels of one channel occupies at least one bit.
+        // A block of at most 256 pixels of one channel occupies at least one bit, so a byte holds at most 2048 pixels.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
                    std::to_string(bytes_.size()) + " bytes");
@@ -129,7 +129,7 @@ private:
     std::span<const std::byte> bytes_;
     const std::string& where_;
     picture_header header_;
-    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has filled yet
+    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has contained so far
     std::size_t components_ = 0;
     bool adobe_ = false;
 };
@@ -142,7 +142,7 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
 /// Properties of a PNG file that bound the memory for decoding it.
 struct png_layout {
     std::size_t bits_per_pixel = 0;
-    std::size_t decoded_bytes = 0;  ///< per pixel
+    std::size_t decoded_bytes = 0;  ///< bytes per pixel of the decoded picture
     bool is_interlaced = false;
 };
 
@@ -206,8 +206,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
-    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. Rows of
-    // an interlaced picture are a few bytes longer, so their buffer is doubled once.
+    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. An
+    // interlaced picture has a few bytes more than stb_image expects, so stb_image doubles the buffer of the rows once.
     const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});

@@ -1,4 +1,4 @@
-// Header data of a picture file, and functions to read headers.
+// Header data of a picture file, and functions that recognize formats and read numbers from bytes.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Header data of a complete file.
+/// Data from the header of a picture file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
     std::size_t width = 0, height = 0;              ///< stored size in pixels
@@ -28,8 +28,8 @@ struct picture_header {
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
-    bool has_alpha = false;                         ///< WebP only
-    std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
+    bool has_alpha = false;                         ///< whether the picture has alpha; WebP only
+    std::size_t end = 0;  ///< JPEG only: offset of the first byte after the picture; phones append further pictures
 };
 
 namespace detail {
@@ -62,7 +62,8 @@ inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0,
 inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
 
-/// Whether the file is a BMP. Many texts start with the two letters BM, so reserved fields are checked as well.
+/// Whether the file is a BMP. Many texts start with the two letters BM, so this function also requires a
+/// second header of less than 256 bytes.
 inline bool is_bmp(std::span<const std::byte> bytes) {
     return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
            byte_at(bytes, 17) == 0;

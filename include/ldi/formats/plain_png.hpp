@@ -6,8 +6,8 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
-#include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/checksums.hpp>
 
@@ -25,7 +25,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises too_large beyond 1 GB.
+/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises mismatch for another number of channels and
+/// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
@@ -64,7 +65,7 @@ std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, st
     return sum;
 }
 
-/// Filters each row with the filter that minimizes the sum. The number of the filter precedes the row.
+/// Filters each row with the filter that minimizes the sum of absolute differences. The number of the filter precedes the row.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
@@ -90,7 +91,7 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
 /// occur have length 0.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
-        std::size_t count, symbol;  // leaves only
+        std::size_t count, symbol;  // only leaves have a symbol
         std::size_t parent;
     };
     std::array<node, 2 * symbols> nodes;
@@ -99,7 +100,8 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Like the sorted leaves, inner nodes are created in ascending order of their counts.
+    // Like the sorted leaves, inner nodes are created in ascending order of their counts, so the smallest remaining node is
+    // either the next leaf or the next inner node.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -180,7 +182,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
+    writer.put(0b101, 3);  // the last block; it defines its Huffman codes
     // The block states 257 code lengths, and the length of one distance code, which is unused. Each length is written as a
     // number of 4 bits, because the code for lengths assigns 4 bits to every symbol except 16, 17 and 18, which are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
@@ -215,7 +217,9 @@ void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& a
 
 inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture) {
     using namespace detail::plain_png;
-    LDI_ASSERT(!picture.empty() && (picture.channels() == 1 || picture.channels() == 3));
+    if (picture.empty() || (picture.channels() != 1 && picture.channels() != 3))
+        raise(error_code::mismatch, "encode_plain_png", "H x W x 1 or H x W x 3 values, at least one pixel",
+              detail::shape_text(picture));
     constexpr std::size_t max_bytes = std::size_t{1} << 30;
     if (picture.width() > max_bytes / picture.channels() / picture.height() || picture.height() > max_bytes / 2)
         raise(error_code::too_large, "encode_plain_png", "a picture below 1 GB",
@@ -225,7 +229,7 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     std::memcpy(file.data(), signature.data(), signature.size());
     append_chunk(file, "IHDR", [&] {
         const std::size_t begin = file.size();
-        file.resize(begin + 13);  // the last three bytes are 0: the only compression, the only filter method, not interlaced
+        file.resize(begin + 13);  // the last three bytes stay 0: compression method 0, filter method 0, not interlaced
         put_big_endian(file.data() + begin, picture.width());
         put_big_endian(file.data() + begin + 4, picture.height());
         file[begin + 8] = std::byte{8};                                                            // bit depth

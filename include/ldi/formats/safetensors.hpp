@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,7 +25,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
 /// size.
 ///
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
 /// where  name of the file in messages
 ///
 /// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
@@ -115,7 +116,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // found in one walk, because a header may have a hundred thousand entries
+    json_value type, shape, place;  // found in one pass, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;

@@ -29,10 +29,11 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
-    /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
+    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo, 0 to 100; 0 disables
+    /// grain. Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// Maximum standard deviation that counts as noise, in gray levels of 255: stronger detail is an edge.
+    /// Maximum standard deviation that counts as noise, in gray levels, 0 to 255. Stronger detail is an edge, and is limited to
+    /// this value.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -77,7 +78,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // in pixels, tuned by experiment: wider than the blur of lens and JPEG, but narrower than small objects
+    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: farther than lens and JPEG blur
+    // a silhouette, but less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -95,10 +97,11 @@ private:
     array_view<const std::uint8_t> known_;
 };
 
-inline void check_option(const char* name, float value, float least, float most) {
-    if (!(value >= least && value <= most))
+inline void check_option(const char* name, float value, float minimum, float maximum) {
+    if (!(value >= minimum && value <= maximum))
         raise(error_code::invalid_option, name,
-              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), detail::to_text(value));
+              std::to_string(static_cast<int>(minimum)) + " to " + std::to_string(static_cast<int>(maximum)),
+              detail::to_text(value));
 }
 
 inline void check_options(const grain_options& options) {

@@ -30,8 +30,8 @@ struct mixed_color_options {
     int foreground_margin = 2;
     /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
     /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
-    /// inaccurate depth edge leaves there. On the views of bench/quality, the first pixel gains 0.08 dB compared to refilling
-    /// only where colors look mixed; on six stereo pairs, a second pixel costs 0.23 dB.
+    /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
+    /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
     int background_margin = 1;
     /// Maximum distance of mixed colors from a silhouette between surfaces that differ, as a share of the photo's long side, but
     /// at least two pixels. 0 disables the search.
@@ -42,8 +42,8 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown, except those without a known pixel behind them that
-// could refill them: a thin rod keeps its colors.
+// Marks the pixels within `margin` steps of `edge` over links as unknown. Pixels stay known if no known pixel farther from the
+// edge could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
@@ -59,7 +59,7 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
-        if (rings.back().empty()) return;  // no known pixel lies behind
+        if (rings.back().empty()) return;  // no known pixel is farther from the edge
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
@@ -96,7 +96,7 @@ inline int band_width(float reach, const graph_view& g) {
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
-/// Restores the foreground's share of mixed foreground colors, and marks mixed background colors as unknown.
+/// Replaces mixed foreground colors by the foreground's own color, and marks mixed background colors as unknown.
 template <class Layers>
 class color_cleaner {
 public:
@@ -173,7 +173,7 @@ private:
 
 }  // namespace detail
 
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets matte_column if the layers have
+/// Unmixes the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets matte_column if the layers have
 /// it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette

@@ -28,17 +28,17 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
-    /// Strength relative to the texture of the photo; 0 leaves only grain.
+    /// Strength relative to the texture of the photo, 0 to 100; 0 leaves only grain.
     float strength = 1.0F;
-    /// Limit of a pixel's texture, as a multiple of the photo's detail around it; texture approaches the limit gradually. With a
-    /// large limit, edges are copied, too.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
+    /// gradually. With a large limit, edges are copied, too.
     float crest = 4.0F;
-    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
+    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources, 1 to 200.
     int reach = 32;
-    /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
-    /// this value, texture fades to grain.
+    /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
+    /// value and twice this value, texture fades to grain.
     float tolerance = 13.0F;
-    /// Rounds of the search, in alternating directions.
+    /// Rounds of the search, in alternating directions, 1 to 60.
     int rounds = 2;
 };
 
@@ -75,16 +75,16 @@ public:
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
-        const float most = options_.crest * noise;
+        const float max_value = options_.crest * noise;
         for (std::size_t c = 0; c < 3; ++c) {
             const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
-            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+            result[c] = value * (options_.strength * (max_value > 0.0F ? max_value / (max_value + std::abs(value)) : 0.0F));
         }
         return result;
     }
 
 private:
-    static constexpr int margin = 3;  // approximate distance from a source at which its blur and its taps read cells
+    static constexpr int margin = 3;  // width of the margin in steps: cells that blur and taps of sources read
 
     texture_options options_;
     texture_cells cells_;

@@ -1,13 +1,15 @@
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
-// samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are true
-// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces are colored. restore_rims() then restores the pixels that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are inaccurate by up
+// to a few samples, so such traces remain on the background beside them, and inpainting would continue them. Most pixels there
+// are visible and have the background's own color, so refilling all of them would blur the photo. Instead, mark_uncertain_rims()
+// makes them unknown while hidden surfaces are colored. restore_rims() then restores the pixels that show no trace of the surface
+// in front.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/core/single_layer.hpp>
 #include <ldi/inpaint/mixed_colors.hpp>
 
@@ -22,14 +24,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
+    std::int32_t position;              ///< of the pixel on the photo's lattice, row-major
     std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
     std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
 };
 
-/// 0, or 1 + the pixel's index in the result of mark_uncertain_rims().
+/// 1 for a pixel that mark_uncertain_rims() marked, otherwise 0.
 struct rim_column {
-    using scalar = std::int32_t;
+    using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
@@ -50,9 +53,9 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
-/// them that could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in the
-/// order of the pixels, and sets rim_column to refer to it.
+/// Marks the known background pixels within `width` pixels of silhouettes as unknown. Pixels stay known if no pixel farther from
+/// the silhouette could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in
+/// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
@@ -61,8 +64,8 @@ template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
     buffer<uncertain_rim> rims;
-    const auto rim_of = layers.template column<rim_column>();
-    std::fill(rim_of.begin(), rim_of.end(), 0);
+    const auto is_rim = layers.template column<rim_column>();
+    std::fill(is_rim.begin(), is_rim.end(), std::uint8_t{0});
     if (width <= 0) return rims;
     const graph& g = layers.topology();
     const auto known = layers.template column<known_column>();
@@ -70,7 +73,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // Pixels that unmix_colors() changed at the silhouette are already unknown. The margin starts behind them.
+    // unmix_colors() may have marked pixels at the silhouette as unknown. mark_margin() would not pass them, so all pixels count
+    // as known while it runs.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -80,8 +84,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
             // A pixel of a narrow surface between two others may be in front at its nearest silhouette.
-            rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
-            rim_of[i] = rims.count();
+            rims.push_back({i, {color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
+            is_rim[i] = 1;
         }
         known[i] = known[i] != 0 ? before[i] : std::uint8_t{0};
     }
@@ -89,24 +93,32 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 }
 
 /// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
-/// contains more than an eighth of the foreground stay inpainted. This share is measured on the line from the inpainted color,
-/// which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+/// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
+/// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 ///
-/// rims  result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if rim_column refers to an
-///       index outside of it
+/// layers  on the photo's lattice
+/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if it lacks a pixel that
+///         rim_column marks
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
-    const auto rim_of = layers.template column<rim_column>();
-    for (const std::int32_t rim : rim_of)
-        if (rim < 0 || static_cast<std::size_t>(rim) > rims.size())
+    struct rim_pixel {
+        std::int32_t pixel;
+        const uncertain_rim* rim;
+    };
+    buffer<rim_pixel> marked;
+    detail::for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
+        const auto position = static_cast<std::int32_t>(layers.topology().position_of(i));
+        const auto rim =
+            std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
+        if (rim == rims.end() || rim->position != position)
             raise(error_code::mismatch, "restore_rims", "rims of these layers", std::to_string(rims.size()) + " others");
-    for (std::int32_t i = 0; i < rim_of.count(); ++i) {
-        if (rim_of[i] == 0) continue;
-        const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];
-        std::uint8_t* const color = layers.template at<color_column>(i).data();
-        if (rim.is_distinguishable && detail::share_of_way(rim.color.data(), color, rim.foreground.data()) > 0.125F) continue;
-        layers.template column<known_column>()[i] = 1;
-        std::copy_n(rim.color.data(), 3, color);
+        marked.push_back({i, &*rim});
+    });
+    for (const auto& [pixel, rim] : marked) {
+        std::uint8_t* const color = layers.template at<color_column>(pixel).data();
+        if (rim->is_distinguishable && detail::share_of_way(rim->color.data(), color, rim->foreground.data()) > 0.125F) continue;
+        layers.template column<known_column>()[pixel] = 1;
+        std::copy_n(rim->color.data(), 3, color);
     }
 }
 

@@ -94,10 +94,10 @@ private:
     }
 
     static std::uint64_t element_count(const checked_operator& op, const buffer<std::int64_t>& shape) {
-        constexpr std::int64_t most = std::int64_t{1} << 31;
+        constexpr std::int64_t max_count = std::int64_t{1} << 31;
         std::int64_t count = 1;
         for (std::int64_t side : shape) {
-            if (side < 1 || side > most || count * side > most)
+            if (side < 1 || side > max_count || count * side > max_count)
                 op.fail("shape", "positive sides, at most 2^31 values", "an invalid shape");
             count *= side;
         }
@@ -167,7 +167,7 @@ private:
         c.weight_quantization = weights.values;
         check_bias(op, c, bias, outputs);
         c.bias = std::move(bias.integers);
-        // Only the weights of the first layer determine the photo's number of channels.
+        // Only the weights of the first layer state how many channels the photo has.
         if (c.input == 0) result_.input_channels = static_cast<std::size_t>(c.depthwise ? outputs : inputs);
         return c;
     }
@@ -224,7 +224,7 @@ private:
     const network_message& network_;
     const std::string &network_file_, &weight_file_;
     std::string_view image_;                           ///< name of the tensor that contains the photo
-    std::map<std::string_view, std::size_t> tensors_;  ///< name to index
+    std::map<std::string_view, std::size_t> tensors_;  ///< index of each tensor by name
     std::map<std::string_view, constant> constants_;
     network_description result_;
     bool is_complete_ = false;

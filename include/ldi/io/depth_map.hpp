@@ -65,7 +65,8 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
 /// Averages the known pixels of square blocks. Uses the smallest blocks with which the map has at most max_pixels pixels.
-/// Stages copy the map and work on at most 4096 x 4096 pixels, so a larger map only costs memory.
+/// Stages of the conversion to a 3D photo copy the map. The program photo3d computes with at most 4096 pixels per side, so a
+/// larger map only costs memory.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: the aspect ratios differ by at most 2 %. The sizes may differ. Raises
@@ -98,7 +99,7 @@ image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_head
         return result;
     }
     // The channels of a gray picture saved as color differ only by JPEG's losses; those of a color-mapped depth map differ by
-    // far more. The limit, 3 % of the full range on average, was tuned by experiment.
+    // far more. The limit for the mean sum of both differences, 3 % of the full range, was tuned by experiment.
     double difference = 0;
     for (std::size_t i = 0; i < count; ++i, sample += picture.channels) {
         result.data()[i] = sample[1];
@@ -156,7 +157,7 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
         v *= options.scale;
         if (is_meters) v = v > 0 && std::isfinite(v) ? 1 / v : invalid;
         if (!std::isfinite(v)) v = invalid;
-        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // do not change if v is NaN
+        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // NaN changes neither
     }
     if (options.kind == depth_map_kind::disparity && !options.white_is_near) {
         // The difference of two floats may overflow; the difference of their halves never does.

@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Reads all bytes of a file.
 ///
-/// max_bytes  maximum size of the file; a longer one raises error_code::too_large
+/// max_bytes  maximum size of the file; a longer one raises too_large
 ///
 /// Raises file_access if the file cannot be opened or read, or is a folder; unavailable if the same call may succeed later;
 /// too_large.
@@ -54,7 +54,7 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
     std::ifstream file(path, std::ios::binary);
     if (!file) raise_system_error(errno, path, "a readable file");
 
-    // The reported size saves copies, but only bytes actually read count: pipes and growing files have no reliable size.
+    // Reserves the reported size, which saves copies, but reads until the end: pipes and growing files report no reliable size.
     constexpr std::size_t chunk = std::size_t{1} << 16;
     const auto too_large = [&] {
         raise(error_code::too_large, path.string(), "at most " + std::to_string(max_bytes) + " bytes", "more");

@@ -113,7 +113,7 @@ inline bool is_plain(std::span<const std::byte> bytes) {
 
 /// Decodes a JPEG, PNG, GIF or BMP file.
 ///
-/// header  header of the file; a decoding_budget must have granted its memory
+/// header  header of the file; a decoding_budget must have granted the picture's memory
 inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     stored_photo photo;
     photo.picture = decode_picture<std::uint8_t>(bytes, header, where);

@@ -1,4 +1,5 @@
-// Reads photos together with depth that is stored in the file, as phones do, or in a second file beside it.
+// Reads photos together with their depth. Phones store depth in the photo's file. It may also be in a second file beside the
+// photo.
 //
 // JPEG files contain depth as GDepth, Dynamic Depth or Apple's format (requires pugixml). HEIC and AVIF files contain it as an
 // auxiliary picture (requires libheif and pugixml). The right half of a PNG file is depth if it is gray and the left half is
@@ -41,7 +42,7 @@ struct photo_depth {
     image<float> disparity;              ///< h x w x 1, upright, larger is nearer; NaN for unknown pixels; see fill_invalid()
     bool is_inverse_depth = false;       ///< values are 1 / distance up to a factor; false: up to a factor and a shift
     bool is_metric = false;              ///< values are 1 / distance in meters
-    bool is_white_near_a_guess = false;  ///< the file does not state whether white or black is near: see agreement()
+    bool is_white_near_a_guess = false;  ///< the file does not state whether white or black is near (see agreement())
     std::string source;                  ///< description, such as "GDepth, RangeInverse", or the path of the file
 };
 
@@ -51,11 +52,13 @@ struct photo_with_depth {
     std::string refused;  ///< text of the error if depth could not be used; the photo is still valid
 };
 
-/// Returns the Pearson correlation of two maps of one photo, which may differ in size; 0 if a map is constant. A negative
-/// correlation between a depth map and a network's estimate means that black is near in the map.
+/// Returns the Pearson correlation of two maps of one photo, H x W x 1, which may differ in size and may contain NaN. Returns 0
+/// if a map is constant. A negative correlation between a depth map and a network's estimate means that black is near in the
+/// map.
 inline float agreement(const image<float>& a, const image<float>& b);
 
-/// Finds the depth map beside a photo by its name, `photo_depth.png` for `photo.jpg`; empty if there is none.
+/// Finds the depth map beside a photo by its name: for `photo.jpg`, `photo_depth` with the ending png, jpg, jpeg, pfm or npy.
+/// Returns an empty path if there is none.
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 
 /// Inverts a map: the nearest values become the farthest.

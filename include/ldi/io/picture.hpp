@@ -1,4 +1,4 @@
-// Writes pictures: JPEG for the atlas, PNG for data that must remain exact.
+// Writes pictures: JPEG for textures, PNG for data that must remain exact.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -1,7 +1,7 @@
 // Limits on decoding. An untrusted file can announce any size, list the same bytes thousands of times, repeat its scans or
 // inflate to a thousand times its length. Exceeding a limit raises error_code::too_large before the memory is allocated.
 //
-// One budget covers one input file: all its pictures together, the photo, its depth map, the confidence of that map, and the
+// One budget covers one input file: all its pictures together (the photo, its depth map, the confidence of that map) and the
 // metadata that describe them. Decoders charge the budget and never refund it, so the budget also bounds time.
 #pragma once
 
@@ -16,9 +16,9 @@ struct picture_limits {
     /// Maximum number of pixels; a larger picture is rejected before it is decoded.
     std::size_t max_pixels = 200'000'000;
     /// Budget of a file: memory for decoding in bytes, in addition to max_memory_per_byte. Decoding needs about 6 bytes per
-    /// pixel, at most 18.
+    /// pixel, and 24 for AVIF with more than 8 bits per sample.
     std::size_t max_memory = 600'000'000;
-    /// Additional memory per byte of the file: photos of 200 megapixels are tens of megabytes long.
+    /// Additional memory per byte of the file, for large photos: one of 200 megapixels has tens of megabytes.
     std::size_t max_memory_per_byte = 40;
     /// Maximum number of samples that all scans together may process; a billion costs one to four seconds. A progressive JPEG
     /// file codes each channel in several scans, about ten in total; a HEIC file may place a tile many times.

@@ -1,6 +1,6 @@
-// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. The mean
-// runs horizontally, then vertically, and is rounded half to even. The input of the published depth network was made in this
-// order.
+// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. Pixels
+// are averaged horizontally, then vertically, and the mean is rounded half to even. The input of the published depth network was
+// made in this order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -118,7 +118,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 }
 
 /// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
-/// mixed colors at the borders. Raises error_code::invalid_data if the source or the result has no pixel.
+/// mixed colors at the borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {

@@ -41,6 +41,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
+/// after    activation to apply after the bias
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);

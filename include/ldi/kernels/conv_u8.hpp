@@ -46,6 +46,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// zero_points        one per input of a piece
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
+/// after              activation to apply after the bias
 /// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,

@@ -39,6 +39,7 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 /// bias               channels, in units of input scale * weight scale; |bias| must be below 2^30
 /// stride             1 or 2
 /// input_zero_point   zero point of the activations, and the value of pixels outside the image
+/// output             constants of the conversion from sums to results
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {

@@ -43,6 +43,7 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
+/// output             constants of the conversion from sums to results
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,

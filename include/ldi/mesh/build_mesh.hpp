@@ -29,10 +29,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Finds the pixel of a chart that touches a corner of the lattice.
+/// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
 class pixel_finder {
 public:
-    /// chart_of  chart_set::chart_of
+    /// chart_of  chart of each pixel (chart_set::chart_of)
     pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
         : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 
@@ -62,22 +62,29 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: pixel of the last chart shown there
+    buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
 };
+
+inline void check_facts(const photo_facts& facts) {
+    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
+    if (!is_positive(facts.camera.focal_length))
+        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
+              to_text(facts.camera.focal_length));
+    if (!is_positive(facts.range.z_near) || !is_positive(facts.range.z_far) || facts.range.z_near > facts.range.z_far)
+        raise(error_code::invalid_option, "photo_facts::range", "finite distances with 0 < z_near <= z_far",
+              to_text(facts.range.z_near) + " and " + to_text(facts.range.z_far));
+}
 
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    template <class Layers>
-    mesh_assembler(const Layers& layers, const photo_facts& facts, const chart_set& charts, const flat_mesh& flat,
-                   const texture_atlas& atlas)
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
-          first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology(), layers.template column<disparity_column>(), charts.chart_of) {
+          first_coordinate_(flat.outlines.corners.size(), -1) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -87,14 +94,14 @@ public:
         mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
     }
 
-    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
-        finder_.show(shape);
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place, pixel_finder& finder) {
+        finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
         const auto add_rest = [&](const outline_corner& corner) {
             mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
             mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
-            mesh_.pixels.push_back(finder_.find(corner.x, corner.y, corner.disparity));
+            mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
         };
         for (std::int32_t id : source.outline) {
             add_outline_position(id);
@@ -156,7 +163,6 @@ private:
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
-    pixel_finder finder_;
     textured_mesh mesh_;
 };
 
@@ -181,17 +187,18 @@ visible_surfaces find_visible(const Layers& layers) {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
-///         silhouettes are soft if there is a matte column
-/// facts   camera, margin, range and surface rule are used
+/// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
+///         its inverse depth. Edges along silhouettes are soft if there is a matte column
+/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far) and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
+/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, invalid_data
+/// for disparities that are not finite, and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and the
-/// number of edges that cross one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
+/// with many edges across one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -203,6 +210,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    detail::check_facts(facts);
+    if (!charts.charts.empty() && atlas.color.empty())
+        raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
     detail::check_charts(charts, g, "build_mesh");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
@@ -214,8 +224,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, facts, charts, flat, atlas);
-    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
+    detail::mesh_assembler assembler(facts, flat, atlas);
+    {
+        detail::pixel_finder finder(g, layers.template column<disparity_column>(), charts.chart_of);
+        for (std::size_t c = 0; c < flat.charts.size(); ++c)
+            assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
+    }
     if constexpr (has_column<Layers, matte_column>)
         if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();

@@ -1,5 +1,5 @@
-// Meshes charts in the plane: traces their outlines, simplifies them without self-intersections, adds studs, and triangulates
-// (paper, section "Meshing", Figure "meshing" a to d).
+// Meshes charts in the plane: traces their outlines, simplifies them without self-intersections, adds studs (vertical lines of
+// inner vertices, mesh/studs.hpp), and triangulates (paper, section "Meshing", Figure "meshing" a to d).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,12 +28,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Options of soft edges (soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in pixels.
+/// Options of soft edges (mesh/detail/soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in
+/// pixels.
 struct soft_edge_options {
     float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
     float max_width = 3.0F;  ///< maximum width, reached where the matte extends far; less than the padding of the atlas
-    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for
-    /// all silhouettes, only those with the largest steps in disparity have a strip.
+    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for all
+    /// silhouette edges, only the edges with the largest steps in disparity have a strip.
     float max_share = 0.08F;
 };
 
@@ -45,7 +46,7 @@ struct mesh_options {
 
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;  ///< outline vertices, which come first: indices of corners in chart_outlines, loop by loop
+    buffer<std::int32_t> outline;        ///< outline vertices, loop by loop: indices in chart_outlines::corners
     std::int32_t first_stud_vertex = 0;  ///< first of the stud vertices: index into stud_set::vertices
     std::int32_t stud_vertex_count = 0;
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
@@ -61,7 +62,14 @@ struct flat_mesh {
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
-/// Triangulates every chart in the plane. Arguments, errors and executor are those of build_mesh().
+/// Triangulates every chart in the plane.
+///
+/// layers  in canonical order, with finite disparities
+/// range   distances at disparity 1 and 0
+/// charts  a partition of the pixels (make_charts)
+///
+/// Raises invalid_option, mismatch for another order of the pixels or for a chart with two pixels at one position, and too_large
+/// for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -146,7 +154,8 @@ private:
         void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
     };
 
-    /// Splits the edge after v at its farthest skipped corner.
+    /// Requests a split of the edge that starts at vertex v, at the farthest of the corners that it skips. Does nothing for edges
+    /// of studs, and for edges that skip no corner.
     void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
         const boundary_edge e = outline_.edges[v];
@@ -154,8 +163,9 @@ private:
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
-    /// Splits each of two edges at the ends of the other. If the outline runs back along itself, because the chart has a slit,
-    /// both sides must keep the same corners. Returns false if neither edge passes an end of the other.
+    /// For each of two edges, requests splits at those skipped corners that are ends of the other edge. If the outline runs back
+    /// along itself, because the chart has a slit, both sides must keep the same corners. Returns false if neither edge skips a
+    /// corner at an end of the other.
     bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
@@ -259,6 +269,11 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, "build_mesh",
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
     flat_mesh flat;
     flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
     flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);

@@ -1,5 +1,5 @@
-// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977). The sweep leaves fans of slivers, which
-// would interpolate disparity between unrelated vertices.
+// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977). The sweep (triangulate.hpp) creates fans
+// of thin triangles, which would interpolate disparity between distant vertices.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,15 +12,15 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares
-/// angles in integer arithmetic.
+/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares angles
+/// in integer arithmetic. `stack` is working memory.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
 
 constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
-/// Turns the edge of half-edge h, between triangles a b c and b a d, into the edge c d.
+/// Replaces the edge of half-edge h, between triangles a b c and b a d, by the edge c d.
 inline void flip(triangulation& t, std::int32_t h) {
     const std::int32_t m = t.mates[h];
     const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
@@ -49,7 +49,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
-    // With shifted angles, flips are not proven to terminate. This limit is far above any practical number.
+    // The shift rounds the angles, so flipping is not proven to terminate. This limit is far above any practical number of flips.
     std::size_t flips_left = 64 * t.triangles.size();
     while (!stack.empty() && flips_left > 0) {
         const std::int32_t h = stack.back();
@@ -61,7 +61,8 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
         const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative if their sum exceeds 180.
+        // The edge is flipped if the angles at c and d, each between 0 and 180 degrees, sum to more than 180: then the sine of
+        // their sum, `orientation` up to a positive factor, is negative.
         const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
         const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;

@@ -27,13 +27,13 @@ struct corner_pixels {
     std::size_t count = 0;
 };
 
-/// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
-/// `pixel` does not touch the corner, there are none.
+/// Collects the pixels that share the corner (x, y): first `pixel` itself, then those that links around the corner connect to it.
+/// The result is empty if `pixel` does not touch the corner.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
     const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
-    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also for positions that are not numbers
+    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // true for NaN, too
     add(pixel);
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
@@ -59,7 +59,7 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
-    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // includes photo_facts::margin
+    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // its width and height include photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");

@@ -25,6 +25,8 @@ public:
     sheet_coordinates(const chart_set& charts, const texture_atlas& atlas, const sheet_layout& layout)
         : charts_(charts), atlas_(atlas), layout_(layout) {}
 
+    /// Returns the texture coordinates of a vertex on its sheet. Charts that stay in the atlas keep their coordinates.
+    ///
     /// chart  chart of the vertex
     /// u, v   coordinates in the atlas
     std::array<float, 2> moved(std::int32_t chart, float u, float v) const {

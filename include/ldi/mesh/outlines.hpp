@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Represents the other side of a silhouette or of the photo's border.
+/// Left chart of a piece along a silhouette or along the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
 /// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
@@ -42,7 +42,8 @@ struct outline_step {
 };
 
 /// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part.
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part of
+/// the chart that meets there.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
@@ -50,7 +51,7 @@ struct chart_outlines {
     buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
     buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
     buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
+    /// One per pixel: bits 0 to 3 are set if its upper, right, lower, left side is a boundary of its chart.
     buffer<std::uint8_t> boundary_sides;
     buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
@@ -58,13 +59,13 @@ struct chart_outlines {
 /// Traces the outlines of all charts.
 ///
 /// g          in canonical order (raises mismatch if not)
-/// disparity  K values
+/// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Traces the pieces one by one, each from either of its sides, and then connects them to loops.
+/// Traces the pieces one by one, and then connects them to loops. Each piece is traced once, for both of its charts.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -154,7 +155,7 @@ private:
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
-            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because steps follow the lattice
+            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because every step is horizontal or vertical
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);

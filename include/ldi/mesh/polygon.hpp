@@ -9,12 +9,12 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct lattice_point {
-    std::int32_t x, y;  ///< within +-2^18
+    std::int32_t x, y;  ///< within +-2^16
 
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// A polygon that consists of chains, with at most 2^24 vertices in total. `next` is the vertex after each vertex, or -1 at the
+/// A polygon that consists of chains, with at most 2^28 vertices in total. `next` is the vertex after each vertex, or -1 at the
 /// end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
 /// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
@@ -44,14 +44,25 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+/// Number of bits of a vertex in polygon_event().
+inline constexpr int polygon_vertex_bits = 28;
+inline constexpr std::int32_t max_polygon_vertices = 1 << polygon_vertex_bits;
+
+/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 18, 18 and 28 bits.
+///
+/// This suffices for every chart, because coordinates are 0 to max_chart_box, and the bounding box has at most max_chart_box^2
+/// pixels, each with at most four vertices: every vertex is the first corner of a side on the way around a pixel, and no two
+/// vertices share a side. 4 max_chart_box^2 = 2^28.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
-    constexpr std::int32_t offset = 1 << 19;
-    const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
+    constexpr std::int32_t offset = 1 << 17;
+    const std::int64_t event =
+        std::int64_t{p.y + offset} << (18 + polygon_vertex_bits) | std::int64_t{p.x + offset} << polygon_vertex_bits | vertex;
     return static_cast<std::uint64_t>(event);
 }
-inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
-inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return event >> 24 == other >> 24; }
+inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & (max_polygon_vertices - 1)); }
+inline bool at_same_point(std::uint64_t event, std::uint64_t other) {
+    return event >> polygon_vertex_bits == other >> polygon_vertex_bits;
+}
 
 }  // namespace detail
 

@@ -20,8 +20,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. A tolerance of 0 drops only corners on straight
-    /// lines.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
     float tolerance = 1.0F;
     /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
     /// surface bends.
@@ -53,7 +52,7 @@ struct boundary_split {
 /// including both. split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
-    /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
+    /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
@@ -79,6 +78,7 @@ public:
     }
 
 private:
+    /// The kept corners of a piece: kept_[first .. first + count).
     struct stretch {
         std::int32_t first, count;
         std::int32_t split;  ///< number of the call of split() that created the stretch
@@ -96,8 +96,8 @@ private:
 namespace detail {
 
 /// Marks the points of a polyline that Douglas-Peucker keeps, including both ends. The error of a corner is the larger of two
-/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. A segment
-/// without errors above 1 that shifts the texture too far is split in the middle.
+/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. If no error
+/// exceeds 1 but the segment shifts the texture too far, the segment is split in the middle.
 inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);

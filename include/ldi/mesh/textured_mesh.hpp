@@ -30,9 +30,10 @@ struct mesh_part {
 
 /// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
-    buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
+    /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
+    buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that touches or contains the vertex
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
     /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.

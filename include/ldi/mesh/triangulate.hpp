@@ -40,7 +40,7 @@ private:
         bool interior_left, interior_right;
         detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
-    /// A point that the sweep has reached. The edges that end there are adjacent in the status.
+    /// A point that the sweep has reached. The edges that end there are adjacent in status_.
     struct swept_point {
         lattice_point at;
         std::size_t first_event, last_event;       ///< vertices: events_[first_event .. last_event)
@@ -88,7 +88,7 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
 
 inline void triangulator::collect_events(const polygon& shape) {
     const std::int32_t count = shape.points.count();
-    LDI_ASSERT(count <= 1 << 24);
+    LDI_ASSERT(count <= detail::max_polygon_vertices);
     events_.clear(), before_.assign(shape.points.size(), -1);
     for (std::int32_t v = 0; v < count; ++v) {
         events_.push_back(detail::polygon_event(shape.points[v], v));
@@ -143,8 +143,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// Finds the edges that end at this point. Returns false if they are not adjacent in status_, or if the next edge to the right
-/// does not pass the point: then edges cross.
+/// Finds the edges that end at this point. Returns false if they are not adjacent in status_, or if the next edge does not lie
+/// strictly to the right of the point. In both cases, edges cross or touch.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
@@ -159,7 +159,8 @@ inline bool triangulator::find_ending_edges(swept_point& p) const {
 }
 
 /// Checks that interior and exterior alternate across the edges that begin here, and match the outer sides of the edges that end
-/// here. Also checks that each part of the interior at this point has one vertex.
+/// here. Also checks that edges with interior between them start at the same vertex and do not overlap. Other overlapping edges
+/// must end at the same point.
 inline bool triangulator::interior_alternates(const swept_point& p) const {
     bool interior = p.interior_left;
     for (const active_edge& e : starting_) {
@@ -199,7 +200,8 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     const std::int32_t right_vertex = ends     ? status_[p.last_ending() - 1].lower_vertex
                                       : begins ? starting_.back().upper_vertex
                                                : left_vertex;
-    // If the interior is one part above or below this point, it has one vertex here.
+    // If no edge ends or none begins here, the interior on the left and on the right of the point is one part, so both sides have
+    // the same vertex.
     if (p.interior_left && (!ends || !begins) && left_vertex != right_vertex) return false;
     if (p.interior_left && begins && starting_.front().upper_vertex != left_vertex) return false;
     if (p.interior_right && begins && starting_.back().upper_vertex != right_vertex) return false;
@@ -237,7 +239,7 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// Collects the polygon's edges that meet at a point, and the edges next to them in the status.
+/// Collects the polygon's edges that meet at a point, and the edges next to them in status_.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {

@@ -86,8 +86,9 @@ private:
 
     /// Runs all layers. Returns the output of the last layer, one row per pixel of `levels[0].decoded`.
     template <class Weights, executor Executor, class Report>
-    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
-                             buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers,
+                             detail::masked_map<typename Weights::value_type> input, buffer<detail::farbrausch_level>& levels,
+                             Executor& threads, Report&& report) const;
 
     inpainting_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_u8_weights>> layers_;
@@ -111,34 +112,37 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
-    detail::network_input input;
     buffer<float> fill;  // base color that the network's output is added to
-    if (architecture_.missing == missing_colors::masked) {
-        input = detail::masked_input(color, known, levels[0].read);
-    } else {
-        detail::smooth_fills fills =
-            detail::smooth_filler(layers.topology(), color, known, levels, architecture_.growth, threads).run();
-        input.values = std::move(fills.input);
-        fill = std::move(fills.fill);
-    }
-    for (detail::farbrausch_level& level : levels) {
-        level.average = level.average_coarse = {};
-        level.above = {}, level.read = {};
-    }
-
-    // Progress advances by the same step for each layer, although the fine levels cost most of the time.
-    float done = 0.2F;
-    const float step = (1.0F - done) / detail::nearest_float(2 * depth());
-    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
-    report();
-    buffer<float> result = std::visit(
-        [&](const auto& packed) { return this->run_layers(packed, std::move(input), levels, threads, report); }, layers_);
+    const auto run = [&]<class Weights>(const detail::farbrausch_convolutions<Weights>& packed) {
+        detail::masked_map<typename Weights::value_type> input;
+        if (architecture_.missing == missing_colors::masked) {
+            input = detail::masked_input(color, known, levels[0].read, packed.input);
+        } else {
+            detail::smooth_filler filler(layers.topology(), color, known, levels, architecture_.growth, threads);
+            auto fills = filler.run(packed.input);
+            input.map.channels = architecture_.inputs(0), input.map.zero = packed.input.zero();
+            input.map.values = std::move(fills.input);
+            fill = std::move(fills.fill);
+        }
+        for (detail::farbrausch_level& level : levels) {
+            level.average = level.average_coarse = {};
+            level.above = {}, level.read = {};
+        }
+        // Progress advances by the same step for each layer, although the fine levels cost most of the time.
+        float done = 0.2F;
+        const float step = (1.0F - done) / detail::nearest_float(2 * this->depth());
+        const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
+        report();
+        return this->run_layers(packed, std::move(input), levels, threads, report);
+    };
+    buffer<float> result = std::visit(run, layers_);
     for (std::size_t v = 0; v < fill.size(); ++v) result[v] += fill[v];
     return result;
 }
 
 template <class Weights, executor Executor, class Report>
-buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
+buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers,
+                                     detail::masked_map<typename Weights::value_type> input,
                                      buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_feature_view<value_type>;
@@ -152,7 +156,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
         return result;
     };
     buffer<features> encoded(depth() + 1);
-    encoded[0] = detail::converted(std::move(input), architecture_.inputs(0), layers.input);
+    encoded[0] = std::move(input);
     for (std::size_t i = 0; i < depth(); ++i) {
         const source sources[] = {encoded[i].view()};
         encoded[i + 1] = layer(levels[i].encode, layers.encoder[i], sources);

@@ -51,7 +51,7 @@ inline inpainting_architecture partial_convolution_architecture() {
             .missing = missing_colors::masked};
 }
 
-/// Number format of a network's computation. The formats compute colors whose differences are invisible (bench/README.md).
+/// Number format of a network's computation. The results of both formats look the same (bench/README.md).
 enum class arithmetic {
     float32,
     int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges

@@ -38,15 +38,16 @@ public:
     /// Checks and packs the weights.
     ///
     /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
-    ///          `input.range`, and `NAME.range` for every layer that another layer reads
+    ///          `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
-    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit
-    /// of the probability that this share is on the correct side of 0.5. The results of unwanted pixels are uninitialized.
+    /// Returns the results of the last layer, K x 2: the logit of the share of the front surface in the pixel, to which
+    /// depth/network_decider.hpp adds a prior, and the logit of the probability that this share is on the correct side of 0.5.
+    /// The results of unwanted pixels are uninitialized.
     ///
     /// region  K pixels
     /// input   K x 8; examples/training/silhouettes/README.md defines the channels

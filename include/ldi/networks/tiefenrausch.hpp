@@ -29,11 +29,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Meaning of a depth network's output.
 enum class network_output {
     log_disparity,  ///< logarithm of disparity, as in the published network; disparity is known up to a factor
-    disparity,      ///< disparity, 0 at infinity; known up to scale and a rough shift
+    disparity,      ///< disparity, roughly 0 at infinity; its scale is unknown
 };
 
-/// Long sides of the resized photo that a depth network reads, in pixels; multiples of 32. The default is the paper's: a single
-/// pass.
+/// Long sides of the resized photo that a depth network reads, in pixels; multiples of 32. The default is a single pass
+/// at the paper's size.
 struct depth_network_sizes {
     std::size_t details = 384;  ///< size of the main pass and of the result
     /// If not 0, a second pass at this size reads the mirrored photo, and structures coarser than 16 samples of the result
@@ -44,7 +44,7 @@ struct depth_network_sizes {
 /// Estimates disparity from one photo. All members are const and stateless: any number of threads may share an object.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< input size of the paper's network
+    static constexpr std::size_t long_side = 384;  ///< long side of the paper's input, in pixels
     /// input sides are multiples of this number, because the network halves its input five times
     static constexpr std::size_t alignment = 32;
 
@@ -177,8 +177,9 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// Ratio of the disparities of two consecutive output levels. Neighboring pixels with this ratio may differ by rounding
-    /// only, not by an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest levels.
+    /// Ratio of the disparities of two consecutive output levels. Rounding alone can cause this ratio between neighboring pixels,
+    /// so it does not prove an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest
+    /// levels.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -187,7 +188,7 @@ public:
 
 private:
     static constexpr std::size_t max_long_side = 4096;
-    static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
+    static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
     /// Estimated fraction of the time of both passes that the detail pass needs, in proportion to its area.
     float details_share() const {

@@ -13,10 +13,10 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/columns.hpp>
+#include <ldi/core/discontinuity.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/single_layer.hpp>
-#include <ldi/depth/discontinuity.hpp>
-#include <ldi/depth/trace_curves.hpp>
+#include <ldi/core/trace_curves.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -30,23 +30,25 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, also of curves in front of the background; to measure what the rule is worth
+    all,        ///< every end inside the photo, also of curves in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
 struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
-    /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. If such a
-    /// curve joins two junctions of a valid silhouette, dropping it would bridge the silhouette.
+    /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. Here, a
+    /// short curve between two junctions of a valid silhouette remains: closing it would leave a bridge across the silhouette.
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    /// Ends of curves at which the hidden surface must not spread sideways.
     constrained_ends constraints = constrained_ends::midground;
-    /// Maximum number of pixel sides in all curves, per pixel of the photo. A denser depth map, such as noise, is not a picture
-    /// of surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so that
-    /// such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
+    /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
+    /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
+    /// remaining ones until the limit holds. A noise map then takes only a few times as long as a photo's.
     float max_density = 0.2F;
-    /// Maximum number of pixel sides in all curves. Bounds the number of charts of photos of more than 2.5 megapixels.
+    /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
+    /// limit for photos of more than 2.5 megapixels.
     std::size_t max_sides = 500'000;
 };
 
@@ -109,8 +111,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
-            if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
-                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel ||
+            if (!is_inside || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
+                g.y()[d.back] + step_y(d.toward_front) != g.y()[d.front] || g.neighbor(d.back, d.toward_front) != no_pixel ||
                 disparity[d.front] < disparity[d.back])
                 fail();
         }
@@ -130,8 +132,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
-/// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
-/// sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// end is still as large as the threshold, so a camera that moves along the curve sees behind the front surface there, past the
+/// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {
@@ -162,13 +164,13 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
                     y = detail::nearest_float(corners.y(end)), dy = y - detail::nearest_float(corners.y(inner));
         const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
         growth_constraint c{x, y, dx / norm, dy / norm, -dy / norm, dx / norm};
-        float towards_front = 0.0F;
+        float toward_front = 0.0F;
         for (std::size_t i = 0; i < length; ++i) {
-            const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].towards_front;
-            towards_front +=
+            const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].toward_front;
+            toward_front +=
                 c.perpendicular_x * detail::nearest_float(step_x(s)) + c.perpendicular_y * detail::nearest_float(step_y(s));
         }
-        if (towards_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
+        if (toward_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
         return c;
     };
 

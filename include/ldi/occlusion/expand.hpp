@@ -1,5 +1,5 @@
-// Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel per iteration, each
-// curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
+// Hallucinates occluded surfaces (paper, section "Occluded Surface Hallucination"). The back surface of every discontinuity grows
+// behind the front surface, by one pixel per iteration along a whole curve, as far as the camera can uncover it.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -32,13 +32,14 @@ struct expand_options {
     /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
     /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
+    /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this is the tighter limit, views within
+    /// `motion` show gaps.
     int iterations = 4096;
     /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
-    /// 1 with the default motion; noise and staircases would need six.
+    /// 1 with the default motion; without the limit, noise and staircases would need 6.
     float max_hidden = 1.25F;
-    /// Whether hidden surfaces behind different curves join where they meet at similar depth. false: they pass each other, which
-    /// only serves to measure what joining is worth.
+    /// Whether hidden surfaces behind different curves join where they meet at similar depth. If false, they pass each other; for
+    /// comparison only.
     bool merges_curves = true;
 };
 
@@ -58,21 +59,22 @@ struct expanded_layers {
 ///          surface. A smaller max_step than lift()'s is not detected: hidden surfaces then join too rarely
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options or a step outside their ranges.
+/// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options outside their ranges or a max_step outside
+/// [0.001, 1].
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
-/// that it grew from, farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
-/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
-/// the threshold, so that growing surfaces at similar depth become one. A surface that meets another at similar depth but can't
-/// be linked to it ends there. Its last pixel then lies 0.3 thresholds behind the other surface, so that no camera sees a gap
-/// between them; its disparity may be slightly below 0.
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average over the
+/// pixels that it grew from, and farther than the photo's pixel at its position by more than surface_rule::max_step. All other
+/// columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about
+/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets another one at similar depth,
+/// but cannot be linked to it, ends there. Its last pixel is only 0.3 thresholds behind the other surface, so that no camera sees
+/// a gap between the two; its disparity may be slightly below 0.
 ///
-/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
-/// tests and pictures.
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
+/// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
 ///
-/// At most 1 / surface_rule::max_step surfaces lie at one position. Per pixel of the photo, most photos need less than half a
-/// hidden pixel; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is up to
-/// 110 bytes per pixel.
+/// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
+/// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
+/// up to 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},

@@ -86,7 +86,7 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;
     return single_layer<Color, disparity_column, known_column, matte_column>(
-        layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+        layers(std::move(g).build(unchecked), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
 }  // namespace detail
@@ -97,8 +97,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 /// facts      properties of the photo; their surface rule decides which neighbors are linked
 ///
-/// Raises error_code::mismatch if the images differ in size or have no pixel, error_code::invalid_data for a disparity outside
-/// [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if the images differ in size or have no pixel, invalid_data for a disparity outside
+/// [0, 1], too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {

@@ -3,9 +3,9 @@
 //
 // The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
 // their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
-// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are
-// those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
-// (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
+// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
+// the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
+// continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
 // see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -48,7 +48,7 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
     constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
     const float width = detail::nearest_float(camera.width);
     const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
-    // The window of a stereo pair is at the nearest surface. Each eye moves by at most a sixtieth of the width
+    // In a stereo pair, the window is at the nearest surface, and each eye's view shifts by at most a sixtieth of the width
     // (render/stereo.hpp).
     const float eye = (std::min)(0.5F * pixels_per_disparity, width / 60.0F);
     const float d = std::clamp(disparity, 0.0F, 1.0F);
@@ -58,8 +58,8 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
 
 namespace detail {
 
-/// Returns the color of a pixel of the photo, softened with its neighbors' colors: detail past the border costs bytes and only
-/// repeats the photo.
+/// Returns the color of a pixel of the photo, softened with its neighbors' colors. Full detail past the border would only repeat
+/// the photo and enlarge the compressed texture.
 ///
 /// margin  photo_facts::margin of the layers
 template <has_column<color_column> Layers>
@@ -79,7 +79,7 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
         if ((std::min)(u, v) < margin || u >= g.width() - margin || v >= g.height() - margin) continue;
         if (const std::int32_t i = g.neighbor(pixel, s); i != no_pixel) add(i, 1);
     }
-    // (sum + count / 2) / count, exact for sums of six bytes
+    // Multiplication by a reciprocal returns exactly (sum + count / 2) / count for sums of up to six bytes.
     static constexpr std::array<int, 7> reciprocals{0, 0, 32768, 21846, 16384, 13108, 10923};
     std::array<std::uint8_t, 3> result{};
     for (std::size_t c = 0; c < 3; ++c)
@@ -94,11 +94,12 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// layers  layers on the photo's lattice, in canonical order; every pixel has a color
 /// facts   camera and motion are used
 ///
-/// New pixels are unknown. The columns' new_pixel rules compute their values from the pixels that they show; their disparity is
-/// that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a line across the
-/// picture. The colors inside the rim replace it, and its pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, invalid_data for disparities that are not finite, too_large for 2^31 pixels
-/// or positions, which leaves the layers empty. Linear time.
+/// A new pixel shows a pixel of the photo: it gets that pixel's softened color and the disparity of the border pixel, and its
+/// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
+/// color along a side, such as the edge of a scanned slide, would become a line across the picture. The colors inside the rim
+/// replace it, and its pixels become unknown. The result is in canonical order. Raises invalid_option for a motion that is not 0
+/// or more, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
+/// layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -115,7 +116,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const graph old = std::move(base).build();
+        const graph old = std::move(base).build(unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
             return static_cast<std::int32_t>((std::min)(pixels, too_far));
@@ -142,7 +143,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
+            // Replaces the values of the new_pixel rules: black, and the disparity of the pixel that the new pixel shows.
             const std::int32_t at = to + i - p.first;
             const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
             std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());

@@ -1,6 +1,6 @@
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so they would open as cracks and cut
-// charts into slivers. Therefore, this stage links the pixels on both sides again, and the mesh spans the step.
+// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so that they would open as cracks and cut
+// charts into slivers. Therefore, this stage links the pixels on both sides, and the mesh spans the step.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,14 +23,14 @@ template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "close_spurious_discontinuities");
-    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pairs across curves: left or upper pixel, right or lower pixel
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pixels on both sides of a curve: left and right, or upper and lower
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
     struct open_link {
         std::int32_t pixel, other;
-        side towards;
+        side toward;
     };
     buffer<open_link> open;
     const graph_view g = layer.topology();
@@ -44,7 +44,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
             if (y + 1 < g.height()) find(pixel, side::down, pixel + g.width());
         }
     layer.edit_links([&](link_editor& links) {
-        for (const open_link& o : open) links.link(o.pixel, o.towards, o.other);
+        for (const open_link& o : open) links.link(o.pixel, o.toward, o.other);
     });
     return open.size();
 }

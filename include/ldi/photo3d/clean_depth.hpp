@@ -34,7 +34,8 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
+/// Resamples the estimate, h x w x 1, to the photo's resolution. If its resolution is lower, levels its dips, sharpens its edges
+/// and filters it first.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
@@ -61,7 +62,7 @@ struct cleaned_photo {
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;      ///< H x W x 1, cleaned disparity
-    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    image<std::uint8_t> shares;  ///< H x W x 1 or empty: decided_depth::shares
     depth_range range;           ///< distances at disparity 1 and 0
 };
 
@@ -69,9 +70,9 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
-/// [0.001, 1].
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
+/// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -104,7 +105,8 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("connected components", 1.0F);
     return result;
 }
-/// Estimates and cleans a photo's depth; aligned_silhouettes decides the sides of pixels beside silhouettes.
+/// Estimates and cleans the depth of a photo, H x W x 3 with at least one pixel. aligned_silhouettes decides whether pixels
+/// beside a silhouette belong to the front or the back surface.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {

@@ -19,10 +19,12 @@
 #include <ldi/photo3d/clean_depth.hpp>
 #include <ldi/photo3d/options.hpp>
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -37,7 +39,13 @@ struct photo_columns {
     /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
-    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
+    /// Accepts image views, and images and types that convert to views unless they are temporaries.
+    template <class... Images>
+    requires(sizeof...(Images) == sizeof...(Own) &&
+             (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
+             ((std::is_lvalue_reference_v<Images> || detail::is_image_view<std::remove_cv_t<Images>>)&&...))
+        photo_columns(Images&&... own)
+        : images(std::forward<Images>(own)...) {}
 };
 
 /// The layer of a photo, and its silhouettes.
@@ -46,7 +54,7 @@ struct lifted_photo {
     /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
-    std::size_t dropped_sides = 0;  ///< as for find_discontinuity_curves()
+    std::size_t dropped_sides = 0;  ///< pixel sides in dropped silhouettes; see find_discontinuity_curves()
     photo_facts facts;
     buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
@@ -91,8 +99,8 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises the same errors for options as clean_depth(), and mismatch if an image of
-/// `own` has no pixel or the wrong number of channels.
+/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. Raises the same errors for options as
+/// clean_depth(), and mismatch if an image of `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -103,7 +111,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.facts = {
         {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
     photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
-    buffer<std::int32_t> no_rims(layer.size(), 0);
+    buffer<std::uint8_t> no_rims(layer.size());
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);

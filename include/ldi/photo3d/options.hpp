@@ -36,22 +36,24 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) are the paper's own.
+/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
 struct photo3d_options {
-    /// Maximum long side in pixels; a larger photo is shrunk to it.
+    /// Maximum long side in pixels, at least 1; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
-    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
-    /// Maximum side of a depth sample, in pixels, by which lengths are multiplied, at least 1: coarser maps cannot locate
-    /// silhouettes. 1: lengths apply as they are.
+    /// Maximum side of a depth sample, in pixels from 1 to 16, by which lengths in `alignment`, `components` and `curves` are
+    /// multiplied. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1, nothing is
+    /// multiplied.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Off by default: it joins pieces of the background beside objects, but opened holes of up to 11 pixels at 1000 in 2 of 20
-    /// photographs. Meant for depth that a network_decider (depth/network_decider.hpp) decides.
+    /// Off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened holes, of up to 11
+    /// pixels in views with a long side of 1000 pixels. Meant for depth that a network_decider (depth/network_decider.hpp)
+    /// decides.
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;

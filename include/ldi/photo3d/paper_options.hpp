@@ -31,7 +31,7 @@ inline photo3d_options paper_options() {
     options.mixed_colors.reach = 0.0F;
     options.expand.motion = 1.0F;
     options.expand.iterations = 50;
-    options.expand.max_hidden = 5.0F;  // no photograph needs as many
+    options.expand.max_hidden = 5.0F;  // more hidden pixels per pixel of the photo than any photograph needs
     options.frame = photo_frame::crop;
     options.texture.strength = 0.0F;
     options.grain.strength = 0.0F;

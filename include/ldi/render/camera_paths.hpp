@@ -26,10 +26,11 @@ enum class camera_path : std::uint8_t {
     dolly_zoom,  ///< toward the scene while the lens widens, so that surfaces in focus keep their size
 };
 
-/// Defaults chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes visible.
+/// The defaults were chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes
+/// visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as a motion of expand_options::motion
-    /// uncovers them.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend only as far as expand_options::motion uncovers
+    /// them, so a larger motion shows gaps.
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = window_disparity;
@@ -43,7 +44,7 @@ struct path_options {
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the
-/// picture. The camera does not turn, so the view has no perspective distortion. The position must be in front of the window.
+/// picture. The camera does not turn, so the window remains a rectangle. The position must be in front of the window.
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 
@@ -66,13 +67,14 @@ struct key_frame {
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// Computes a frame that hides the end of the photo's surfaces: the largest centered part of the picture, with the same
-/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the photo, in
+/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the picture, in
 /// [0, 1].
 ///
 /// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0: they end there
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
-/// Crops a view to the middle `size` of its picture, with the same number of pixels.
+/// Crops a view to the middle of its picture, and enlarges this part to the same number of pixels. `size`, above 0, is the part's
+/// width relative to the picture's, for example the result of frame_within().
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;

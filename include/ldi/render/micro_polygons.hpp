@@ -21,7 +21,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// taken_from  camera of the layered image; its size is the lattice's size
 /// from        view to draw
 ///
-/// Omits pixels that reach nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
+/// Omits pixels with a corner nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
 /// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,

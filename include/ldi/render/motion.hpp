@@ -1,8 +1,9 @@
-// One budget for all motion of a camera away from the photo's viewpoint: sideways, forward, on a path, on a head. The budget
-// measures the hidden area that the motion uncovers; surfaces behind silhouettes extend by this amount (occlusion/expand.hpp).
+// One measure for all motion of a camera away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
+// head. It is the width of hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
+// (occlusion/expand.hpp).
 //
-// A surface at depth n hides another at depth f. Its edge appears at p in the photo, in pixels from the middle. A camera at c,
-// which has moved forward by c_forward, sees past that edge by
+// A surface at depth n hides another at depth f. The edge of the front surface appears at p in the photo, in pixels from the
+// middle. A camera at c, which has moved forward by c_forward, sees past that edge by
 //
 //     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|  pixels of the surface at f.
 //
@@ -21,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Returns the parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n -
+/// Returns the parallax of a camera at `position` between the nearest and the farthest surface, without the factor n / (n -
 /// c_forward), as a share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
@@ -36,17 +37,19 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
 /// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    const float forward = (std::max)(-position[2], 0.0F);  // if the camera moves back, the factor is at most 1
+    // If the camera moves back, n / (n - c_forward) is at most 1, and counts as 1.
+    const float forward = (std::max)(-position[2], 0.0F);
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// Returns the point nearest to `position`, on the line from the photo's viewpoint, that uses at most `motion`.
+/// Returns the point nearest to `position`, on the line from the photo's viewpoint to it, that uses at most `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
     if (!(motion > 0)) return {0, 0, 0};
-    // maximum share of the distance to the nearest surface; in a flat photo, motion alone would not limit the camera
+    // Maximum motion forward, as a share of the distance to the nearest surface. In a flat photo, `motion` alone would not limit
+    // the camera.
     constexpr float closest = 0.99F;
     const float forward = (std::max)(-position[2], 0.0F);
     if (forward > closest * range.z_near) {

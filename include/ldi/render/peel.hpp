@@ -24,7 +24,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct peel_options {
-    float z_near = 0.01F;    ///< above 0; omits pixels that reach nearer
+    float z_near = 0.01F;    ///< above 0; omits pixels with a corner nearer than this depth
     bool both_sides = true;  ///< false: omits surfaces seen from behind
 };
 
@@ -92,7 +92,7 @@ private:
     bool both_sides_;
 };
 
-/// Returns `range`, widened to contain all fragments. Excess that is only rounding does not widen it.
+/// Returns `range`, widened to contain all fragments. Rounding errors alone do not widen it.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
@@ -131,7 +131,7 @@ inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& c
         g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
                        static_cast<std::int32_t>(fragments[i].position / g.width()));
     link_neighbors(g, fragments, walk);
-    return std::move(g).build();
+    return std::move(g).build(unchecked);
 }
 
 /// Sets the columns of `result`, whose pixels are the fragments.
@@ -162,7 +162,7 @@ struct peeled_layers {
 
 /// Converts layers to another camera. A ray runs through the center of each pixel of `from`. Every surface that the ray meets
 /// becomes a pixel of the result, so a position can have any number of pixels. Neighbors are linked if the surface connects
-/// them without a tear and without folding back. The conversion is exact: converting to the original camera changes nothing.
+/// them without a tear and without folding back. The conversion is exact: with `taken_from` as `from`, it changes nothing.
 ///
 /// range       distances of disparity 1 and 0
 /// taken_from  camera of `layers`; its size is the lattice's size

@@ -49,7 +49,7 @@ template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
 
-/// Draws a mesh with one texture.
+/// Draws a mesh with one texture, H x W x 3.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
                     const raster_options& options = {}, Executor&& threads = {}) {
@@ -184,7 +184,7 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Tuned by
+/// Rows of pixels per band. Thinner bands occupy more threads; with thicker bands, fewer triangles touch two of them. Tuned by
 /// experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 

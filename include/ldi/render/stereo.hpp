@@ -69,8 +69,8 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
     return result;
 }
 
-/// Converts a rendering's depth to a 16-bit depth map: disparity, white near, from 1 at the far end of the range to 65,535 at
-/// the near end; 0 in holes.
+/// Converts a rendering's depth to a 16-bit disparity map, H x W x 1: 65,535 (white) at the near end of the range, 1 at its far
+/// end, and 0 in holes.
 ///
 /// depth  H x W x 1, infinity in holes
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {

@@ -32,8 +32,8 @@ struct packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that is large enough. Only the
-/// free leaves are stored, from left to right, because every search of the tree ends in one of them.
+/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf (free rectangle) of the tree that is large
+/// enough. Only the free leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
@@ -62,7 +62,8 @@ private:
         std::size_t next;
     };
 
-    /// Cuts the free part of a leaf into two leaves. The larger one has the full length of the side with more free space.
+    /// Places a rectangle of this size in the top left corner of leaf `found`, and cuts the rest into two leaves. If more space
+    /// is free on the right than below, the right leaf has the full height. Otherwise, the lower leaf has the full width.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
@@ -70,7 +71,8 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf in the strip from which the rectangle was cut comes first in the tree.
+        // The leaf without the full height or width comes first in the tree. add() inserts it last, because it inserts before the
+        // others.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }
@@ -117,7 +119,7 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 }  // namespace detail
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises error_code::too_large if no sheet up to max_side x max_side is large enough.
+/// Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -172,7 +174,7 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises error_code::too_large for a
+/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises too_large for a
 /// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;

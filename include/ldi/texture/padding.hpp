@@ -24,7 +24,7 @@ inline constexpr std::int32_t macroblock_side = 16;
 enum class texel_kind : std::uint8_t {
     empty,       ///< outside the blocks of all charts
     photo,       ///< a pixel visible in the photo
-    refilled,    ///< a foreground pixel so close to a silhouette that its color was mixed and had to be inpainted
+    refilled,    ///< a visible pixel beside a silhouette whose color was mixed, so that it was inpainted
     occluded,    ///< an inpainted pixel behind another pixel
     copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
@@ -71,7 +71,7 @@ public:
 private:
     struct border_texel {
         std::ptrdiff_t texel;
-        std::int32_t pixel;  // pixel whose surface it shows; no_pixel beyond the surface's end
+        std::int32_t pixel;  // pixel that the texel shows; no_pixel beyond the surface's end
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
@@ -109,7 +109,7 @@ private:
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
         for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
-            constexpr std::ptrdiff_t block = 32;  // tests blocks of texels, because nearly none of them lies at the border
+            constexpr std::ptrdiff_t block = 32;  // texels tested together; few blocks have a texel at the border
             for (std::ptrdiff_t i = 0; i < count; i += block) {
                 const std::ptrdiff_t end = (std::min)(i + block, count);
                 int found = 0;

@@ -15,7 +15,7 @@ struct sheet_options {
     std::int32_t max_side = 4096;
     /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
-    /// Width of the layered image's margin beyond each side of the photo, in pixels of the image (photo_facts::margin).
+    /// Width of the margin beyond each side of the photo, in pixels of the layered image (photo_facts::margin).
     std::int32_t margin = 0;
 };
 

@@ -1,7 +1,7 @@
 // Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
-// and memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets
-// with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are
-// drawn one at a time, so that only one must be in memory.
+// and memory without a gain. Colors can be finer. draw_sheet() redraws the charts with visible pixels on separate sheets, with
+// one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are drawn
+// one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
@@ -52,7 +52,7 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both axes
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
-    // Edges of a chart inside a texel are rounded outward, which may add a texel on each side.
+    // Chart edges that lie inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "max_chart_side",
@@ -123,7 +123,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
 /// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  as for lay_out_sheets()
+/// charts, atlas  those given to lay_out_sheets()
 /// worked_on      the photo from which the layered image was made, at the layered image's size
 /// photo          the same photo, at the size given to lay_out_sheets()
 ///

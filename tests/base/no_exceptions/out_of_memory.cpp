@@ -1,5 +1,6 @@
-// A separate program, compiled with -fno-exceptions -fno-rtti: if the caller's memory is exhausted, the handler is called. It
-// jumps out, so that many allocations can be tested. Exit code 0 means that it was called for each of them.
+// A separate program, compiled with -fno-exceptions -fno-rtti: if the caller's memory is exhausted, the error handler is
+// called. The handler leaves by longjmp(), so that one run can refuse every allocation in turn. Exit code 0 means that it was
+// called for each of them.
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/memory.hpp>

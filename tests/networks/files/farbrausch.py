@@ -73,12 +73,12 @@ def smooth_image(height, width, seed):
 
 
 def check_windows(exists, kernel_sizes, levels=model.LEVELS):
-    """Asserts that breadth-first exploration reaches every existing pixel of every window, at every level: only then is a network on images
-    the same as one on layered images."""
+    """Asserts that breadth-first exploration reaches every existing pixel of every window, at every level. Otherwise, a network on layered
+    images would differ from one on images."""
     for level in range(levels + 1):
         height, width = exists.shape
         for y, x in zip(*np.nonzero(exists)):
-            # exploration reaches the corner of a pixel's 2 x 2 group inside the group
+            # exploration inside a pixel's 2 x 2 group must reach the group's corner
             if exists[y - y % 2, x - x % 2] and y % 2 and x % 2:
                 assert exists[y - 1, x] or exists[y, x - 1], (level, y, x)
         for kernel in kernel_sizes:
@@ -94,14 +94,14 @@ def check_windows(exists, kernel_sizes, levels=model.LEVELS):
                             reached.add(to), queue.append(to)
                 assert reached == window, (level, kernel, y, x)
         coarse = exists[::2, ::2]
-        # adjacent coarse pixels are linked if the fine pixel between them exists
+        # adjacent coarse pixels must be linked: the fine pixel between them must exist
         assert np.all(~(coarse[:, :-1] & coarse[:, 1:]) | exists[::2, 1::2][:, :coarse.shape[1] - 1]), level
         assert np.all(~(coarse[:-1] & coarse[1:]) | exists[1::2, ::2][:coarse.shape[0] - 1]), level
         exists = coarse
 
 
 def write_case(name, net, image, known, exists, with_fills=False):
-    """known, exists: H x W bool."""
+    """Writes the reference file of one case. known, exists: H x W bool."""
     check_windows(exists, (3, 5, 7))
     known = known & exists
     colors = image.float() / 255 * torch.from_numpy(exists)

@@ -39,7 +39,7 @@ def hashed_network():
 
 
 def write_case(name, net, image, known, exists):
-    """known, exists: H x W bool."""
+    """Writes the reference file of one case. known, exists: H x W bool."""
     farbrausch.check_windows(exists, (3, 5, 7), len(model.CHANNELS))
     known = known & exists
     as_mask = lambda mask: torch.from_numpy(mask.astype(np.float64))[None, None]  # noqa: E731

@@ -295,7 +295,7 @@ TEST_CASE("a convolution of bytes matches the convolution of the numbers that th
         const indices parents = coarsen(g, orphan_rule::stay).parent;
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
-        // Integers, of which the largest is 63 in every output: none of them is rounded.
+        // All weights are integers and the largest of every output is 63, so that quantization rounds none of them.
         for (float& w : l.weights) w = std::round(w * 63.0F);
         for (std::size_t o = 0; o < l.outputs; ++o) l.weights[o * l.weights.size() / l.outputs] = 63.0F;
         const quantized_source quantized[] = {{above, {0.5F, static_cast<std::uint8_t>(testing::below(random, 256))}},

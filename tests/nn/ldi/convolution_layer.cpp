@@ -121,7 +121,7 @@ TEST_CASE("on a grid, a U-Net's layers match image convolutions") {
     CHECK(strided);
 }
 
-TEST_CASE("the example at the top of the header is a network with one coarser level") {
+TEST_CASE("the example at the top of convolution_layer.hpp compiles and runs as a network with one coarser level") {
     std::mt19937 random(56);
     const graph g = make_grid(9, 6);
     const feature_map input = random_features(random, g.size(), 3);

@@ -1,11 +1,17 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <limits>
+#include <utility>
+
 using namespace ldi;
+using ldi::testing::raised;
 using ldi::testing::random_layers;
 
 namespace {
@@ -94,6 +100,38 @@ TEST_CASE("a plan contains the right windows for large kernels and for graphs wi
     }
 }
 
+TEST_CASE("kernel sizes other than 1, 3, ..., 15 are refused") {
+    const graph g = make_grid(20, 20);
+    const coarsened coarse = coarsen(g);
+    for (const std::int32_t kernel_size : {std::numeric_limits<std::int32_t>::min(), -3, 0, 2, 14, 16, 17}) {
+        CAPTURE(kernel_size);
+        CHECK(raised([&] { plan_convolution(g, kernel_size); }) == error_code::invalid_option);
+        CHECK(raised([&] { plan_convolution(g, kernel_size, coarse); }) == error_code::invalid_option);
+    }
+    CHECK_FALSE(raised([&] { plan_convolution(g, 15, coarse); }));
+}
+
+TEST_CASE("a plan with stride 2 refuses the coarse graph of another graph") {
+    const graph g = make_grid(20, 20);
+    const auto result_of = [&](const coarsened& coarse) { return raised([&] { plan_convolution(g, 3, coarse); }); };
+    for (const auto& [width, height] : {std::pair{20, 18}, {18, 20}, {40, 40}, {2, 2}, {400, 1}, {1, 400}, {40, 10}}) {
+        CAPTURE(width, height);
+        const graph other = make_grid(width, height);
+        CHECK(result_of(coarsen(other)) == error_code::mismatch);
+    }
+    CHECK(result_of({}) == error_code::mismatch);
+    coarsened damaged = coarsen(g);
+    damaged.kept.back() = 400;
+    CHECK(result_of(damaged) == error_code::mismatch);
+    damaged = coarsen(g);
+    damaged.kept.resize(99);
+    CHECK(result_of(damaged) == error_code::mismatch);
+    damaged = coarsen(g);
+    std::reverse(damaged.parent.begin(), damaged.parent.end());
+    CHECK(result_of(damaged) == error_code::mismatch);
+    CHECK_FALSE(result_of(coarsen(g)));
+}
+
 TEST_CASE("on a grid, all pixels except those near the border are regular, in one segment per row") {
     const graph g = make_grid(200, 50);
     for (const std::int32_t kernel_size : {3, 5, 7}) {
@@ -108,7 +146,8 @@ TEST_CASE("on a grid, all pixels except those near the border are regular, in on
 }
 
 TEST_CASE("a pixel stays regular if links away from its spine and ribs are missing") {
-    // 7 x 7 pixels; the center's spine is column 3, its ribs are the rows.
+    // The spine of a pixel is its column of the window, its ribs are the rows. Here, the center's spine is column 3 of 7 x 7
+    // pixels.
     testing::sketched_graph g(make_grid(7, 7));
     const auto is_regular = [&] { return detail::regular_pixels(g, 7).contains(24); };
     CHECK(is_regular());

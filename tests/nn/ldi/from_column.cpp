@@ -35,6 +35,22 @@ TEST_CASE("a column that is converted to a feature map and back is unchanged") {
     });
 }
 
+TEST_CASE("a map whose number of values is no multiple of its channels is refused") {
+    layered_image<color_column> layers(make_grid(5, 1));
+    basic_feature_map<std::uint8_t> map(5, 3);
+    map.values.push_back(1);
+    REQUIRE(map.pixels() == 5);
+    CHECK_THROWS_AS(to_column<color_column>(map, layers), error);
+}
+
+TEST_CASE("to_column() applies the scale to bytes as to floats") {
+    layered_image<known_column> layers(make_grid(3, 1));
+    basic_feature_map<std::uint8_t> map(3, 1);
+    map.values = {0, 50, 200};
+    to_column<known_column>(map, layers, 2.0F);
+    CHECK(layers.column<known_column>() == buffer<std::uint8_t>{0, 100, 255});
+}
+
 TEST_CASE("values outside a column's range are clamped, and NaN becomes 0") {
     layered_image<known_column> layers(make_grid(5, 1));
     feature_map map(5, 1);
@@ -60,14 +76,14 @@ buffer<Scalar> clamped() {
 }
 }  // namespace
 
-TEST_CASE("values outside the range of 64-bit integers are clamped, too") {
+TEST_CASE("values outside the range of 64-bit integers are clamped to the column's range") {
     constexpr std::int64_t lowest = std::numeric_limits<std::int64_t>::min(), highest = std::numeric_limits<std::int64_t>::max();
     CHECK(clamped<std::int64_t>() == buffer<std::int64_t>{highest, lowest, highest, lowest, highest, 3, -1});
     constexpr std::uint64_t all = std::numeric_limits<std::uint64_t>::max();
     CHECK(clamped<std::uint64_t>() == buffer<std::uint64_t>{all, 0, all, 0, std::uint64_t{1} << 63, 3, 0});
 }
 
-TEST_CASE("a column of bool is true from one half up") {
+TEST_CASE("a column of bool is true for values of one half and more") {
     layered_image<identifier<bool>> layers(make_grid(6, 1));
     feature_map map(6, 1);
     map.values = {0.0F, 0.3F, std::nanf(""), 0.5F, 1.0F, 7.0F};

@@ -69,3 +69,13 @@ TEST_CASE("a plan for a pixel region contains the windows of the lattice, withou
     CHECK(segments > 100);
     CHECK(irregular > 100);
 }
+
+TEST_CASE("a plan for a pixel region refuses kernel sizes other than 1, 3, ..., 15") {
+    const pixel_region region = region_of(random_marks(12, 17, 1)), half = halved(region);
+    for (const std::int32_t kernel_size : {-1, 0, 2, 16, 17}) {
+        CAPTURE(kernel_size);
+        CHECK_THROWS_AS(plan_convolution(region, kernel_size), error);
+        CHECK_THROWS_AS(plan_convolution(region, kernel_size, half), error);
+    }
+    CHECK_NOTHROW(plan_convolution(region, 15));
+}

@@ -15,7 +15,7 @@ _DepthKind: TypeAlias = Literal["disparity", "meters"]
 __version__: str
 __all__ = [
     "Atlas", "Chart", "Charts", "Curve", "Depth", "DepthNetwork", "Error", "FileError", "InpaintingNetwork", "InputError", "Layer", "Layers", "Mesh", "Photo3D",
-    "clean_depth", "depth_network", "expand", "inpaint", "inpainting_network", "lift", "make_atlas", "make_charts", "make_mesh", "photo3d", "read_photo", "write_png",
+    "clean_depth", "depth_network", "expand", "grow_past_frame", "inpaint", "inpainting_network", "lift", "make_atlas", "make_charts", "make_mesh", "photo3d", "read_photo", "write_png",
 ]
 
 class Error(Exception):

@@ -53,7 +53,7 @@ def _threads(value):
 
 
 def _depth(depth, kind, is_inverse):
-    """Returns the extension's arguments for depth."""
+    """Returns (depth, is_metric, is_inverse), the arguments of the extension's functions."""
     _choice("depth_kind", kind, ("disparity", "meters"))
     if depth is None:
         depth = depth_network()
@@ -121,9 +121,9 @@ def inpainting_network(path=None, *, arithmetic="float32"):
 def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, inpaint="network", long_side=1536, focal_length=26.0, motion=0.08, frame="grow", texture=1.0, grain=0.6, threads=0, progress=None):
     """Turns a photo into a 3D photo.
 
-    photo             H x W x 3 uint8; an array with rows in memory is not copied
-    depth             h x w numbers of the photo's proportions, NaN where unknown; a DepthNetwork; a function from
-                      the photo to such a map; None: depth_network()
+    photo             H x W x 3 uint8; not copied if the pixels of each row are contiguous in memory
+    depth             h x w numbers, a map with the photo's aspect ratio, NaN where unknown; a DepthNetwork; a function
+                      from the photo to such a map; None: depth_network()
     depth_kind        "disparity", larger is nearer, or "meters"
     depth_is_inverse  the disparity is 1 / distance up to a factor, without a shift
     inpaint           "network", "diffusion", an InpaintingNetwork, or a function from Layers to K x 3 uint8 colors, of
@@ -239,7 +239,7 @@ def glb(self, quality=85, *, compress=False):
     """Returns the bytes of a GLB file.
 
     quality   JPEG quality of the texture, 1 to 100
-    compress  a third to two thirds of the size, for viewers that support EXT_meshopt_compression and EXT_texture_webp
+    compress  reduces the file to a third to two thirds, for viewers that support EXT_meshopt_compression and EXT_texture_webp
     """
     return _ldi.glb(self, _integer("quality", quality, 1, 100), bool(compress))
 

@@ -19,8 +19,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface.
-/// All other values are 0, in a photo almost all: pixels within `range` of these positions belong to one surface, so constraint 3
-/// holds there.
+/// All other values are 0; in a photo, these are almost all. Around a position with value 0, all pixels within `range` rows and
+/// columns belong to one surface, so constraint 3 holds there.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -42,8 +42,9 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`; exact if none is now. A chart
-/// that winds is as long in any box, so the area of longer boxes is about proportional to their side.
+/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`. The result is exact if no side
+/// is longer already. Otherwise, it is proportional to `side` for the longer boxes: a winding chart that is divided does not
+/// change its length.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -149,7 +150,8 @@ private:
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
-            const std::int32_t first = pixel;  // start of pixels adjacent in memory; `++pixel` does not wait for the loaded link
+            // Among pixels adjacent in memory, `++pixel` does not have to wait until the link to the right is loaded.
+            const std::int32_t first = pixel;
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
             for (std::int32_t p = first; p <= pixel; ++p, ++x) visit(links[p], x, y);
         }

@@ -37,7 +37,7 @@ inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t p
 /// Maps v from [-1, 1] to a byte.
 inline std::uint8_t unit_to_byte(float v) { return static_cast<std::uint8_t>(std::clamp(127.0F * v + 128.5F, 0.0F, 255.0F)); }
 
-/// Returns the network's input: K x 8 bytes.
+/// Returns the network's input: K x 8 bytes, for the K pixels of the band's region.
 inline buffer<std::uint8_t> band_input(const step_band& band, const undecided_depth& depth) {
     constexpr std::size_t channels = 8;
     const image_view<const float> map = depth.estimated;

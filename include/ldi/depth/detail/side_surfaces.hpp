@@ -1,5 +1,6 @@
-// Splits a band into two surfaces, given the share of the front in each pixel: islands change sides, and pixels whose depth was
-// blurred get the depth of nearby pixels of the same surface.
+// Splits a band into two surfaces, given the share of the front in each pixel. Islands (groups of connected pixels on one side)
+// that are small, or far from every curve, change sides. Pixels whose depth was blurred get the depth of nearby pixels of the
+// same surface.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,8 +18,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class side_surfaces {
 public:
     /// shares      K, in the units of decided_depth; 0 for pixels around the band, which do not change
-    /// min_island  minimum number of connected pixels on one side; smaller islands that lie entirely in the band change to the
-    ///             other side
+    /// min_island  minimum number of pixels of an island; smaller ones that lie entirely in the band change to the other side
     side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
         : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
@@ -40,7 +40,7 @@ private:
     /// most this share of the step.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
-    /// silhouette.
+    /// silhouette, and changes sides whatever its size.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
@@ -109,8 +109,8 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels with
-    /// a disparity of their own side keep it and pass it on. All other pixels get the disparity of their curve's side.
+    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels
+    /// whose disparity is close to their side's keep it and pass it on. All other pixels get the disparity of their curve's side.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -156,8 +156,8 @@ private:
         buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Passes values on to open pixels of the same side, breadth-first, so that each open pixel gets the value of the nearest
-    /// pixel that has one.
+    /// Passes values on to open pixels (those without a final value) on the same side. Proceeds breadth-first for up to `reach`
+    /// steps, so that each open pixel gets the value of the nearest pixel that is not open.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {
@@ -175,9 +175,9 @@ private:
         }
     }
 
-    /// Whether a disparity fits the pixel's side of its step. Next to another curve, pixels on that side may belong to another
-    /// surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve
-    /// pixels.
+    /// Whether a neighbor's disparity fits the pixel's side of its step. If the neighbor is nearer to another curve, it may
+    /// belong to another surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood
+    /// of its curve pixels.
     bool fits(float value, std::int32_t i) const {
         constexpr float inwards = 0.5F, outwards = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);

@@ -1,11 +1,12 @@
 // The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
-// to the front. Pixels outside the band's uncertain middle have the colors of the two surfaces.
+// to the front. In the middle of the band, it is uncertain which surface a pixel belongs to; the pixels outside the middle have
+// the colors of the two surfaces.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/depth/trace_curves.hpp>
+#include <ldi/core/trace_curves.hpp>
 
 #include <algorithm>
 #include <array>
@@ -46,7 +47,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
             sum.x += p.x, sum.y += p.y;
         }
         for (std::int32_t i = k - before; i < k + after; ++i) {
-            const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
+            const side s = t.sides[t.is_closed ? wrapped(i) : i].toward_front;
             front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
         }
         const float size = nearest_float(2 * even + 1), length = (std::max)(vector_length(front.x, front.y), 1e-6F);
@@ -87,7 +88,7 @@ struct color_model {
     std::array<float, 3> mean{}, precision{};
     float log_scale = 0;
 
-    // noise  minimum standard deviation of any surface, in gray levels
+    // noise  standard deviation of noise in gray levels; its square is added to the variance of the samples
     color_model(const color_sums& of, float noise) {
         for (std::size_t c = 0; c < 3; ++c) {
             mean[c] = of.sum[c] / of.count;
@@ -170,7 +171,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // The pixels next to the smooth curve may belong to the other side.
+        // Two pixels on each side always count: smoothing the curve may have moved it across them.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);

@@ -64,27 +64,28 @@ private:
 /// Rounds to six decimal places.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// The caller's own values at the vertices of a mesh.
+/// Values that the caller attaches to the vertices of a mesh (vertex_attribute in formats/glb.hpp).
 struct own_attribute {
     std::string_view name;
     std::size_t channels = 1;
     std::span<const float> values;  ///< vertices x channels
 };
 
-/// Columns of one part of a mesh, or of its strip of soft edges, in the order of the file. In this order, each column is
-/// aligned to its scalar type without padding.
+/// Arrays of one part of a mesh, or of its strip of soft edges (soft_edge_strip in mesh/textured_mesh.hpp). put_geometry()
+/// writes them in an order in which each array is aligned to its scalar type without padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
-    std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
+    std::span<const std::uint8_t> opacity;  ///< opacity of the vertices of a strip; empty for a part
     std::span<const std::uint32_t> triangles;
-    std::uint32_t first_vertex = 0;  ///< vertex that index 0 refers to
+    std::uint32_t first_vertex = 0;  ///< vertex of the mesh that index 0 of the file refers to
     buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
     std::array<double, 3> lowest{}, highest{};  ///< bounds of the positions
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    bool has_short_indices() const { return vertex_count() < 65536; }  // index 65,535 is reserved; it does not occur
+    /// Whether indices have 16 bits. glTF reserves index 65,535.
+    bool has_short_indices() const { return vertex_count() < 65536; }
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }

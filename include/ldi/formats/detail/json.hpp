@@ -1,5 +1,5 @@
-// Reads JSON (RFC 8259) from headers of weight files. A value is a checked piece of the text; only requested parts are copied.
-// The text is untrusted.
+// Reads JSON (RFC 8259) from headers of weight files. A json_value is a view of a checked part of the text, so that only
+// requested parts are copied. The text is untrusted.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks a text that consists of one JSON object. Raises invalid_data, which names the byte.
+/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax name the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }

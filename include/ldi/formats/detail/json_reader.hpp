@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/base/utf8.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -89,7 +90,7 @@ public:
         return result;
     }
 
-    /// Calls visit(to, name as written, value) for the members of the object at the start of the text.
+    /// Calls visit(to, name, value) for the members of the object at the start of the text. Names include quotes and escapes.
     void walk_object(int depth, json_visitor visit, void* to) {
         names seen;
         enter(depth);
@@ -263,22 +264,11 @@ private:
         return code;
     }
 
-    /// Reads one UTF-8 character (RFC 3629) in its shortest form. Rejects surrogates.
     void read_character() {
-        const auto byte = [&](std::size_t i) {
-            return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
-        };
-        const unsigned lead = byte(0);
-        if (lead < 0x20) fail("no control characters in a string");
-        const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-        bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-        for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-        if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-        if (lead == 0xED) good = good && byte(1) < 0xA0;
-        if (lead == 0xF0) good = good && byte(1) >= 0x90;
-        if (lead == 0xF4) good = good && byte(1) < 0x90;
-        if (!good) fail("UTF-8");
-        at_ += 1 + more;
+        if (static_cast<unsigned char>(peek()) < 0x20) fail("no control characters in a string");
+        const std::size_t length = utf8_length(text_.substr(at_));
+        if (length == 0) fail("UTF-8");
+        at_ += length;
     }
 
     std::string_view text_;

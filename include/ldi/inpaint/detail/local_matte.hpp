@@ -1,8 +1,8 @@
-// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
-// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
-// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
-// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
-// to its own estimate.
+// Estimates the nearer surface's share in the colors beside a silhouette from these colors, unless the share is known. Each pixel
+// searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
+// (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
+// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a
+// pixel is pulled to its own estimate.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct mixture {
     float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate in the diffusion; each neighbor has weight 1
 };
 
 /// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
@@ -34,7 +34,7 @@ struct mixture {
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
                      const float* known_alpha) {
     mixture best;
-    float least = std::numeric_limits<float>::infinity(), contrast = 1;
+    float min_cost = std::numeric_limits<float>::infinity(), contrast = 1;
     for (std::size_t f = 0; f < count; ++f)
         for (std::size_t b = 0; b < count; ++b) {
             float_color across, from_background, error;
@@ -46,18 +46,18 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
             const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
-            if (cost >= least) continue;
-            least = cost, contrast = squared;
+            if (cost >= min_cost) continue;
+            min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
     // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
-    const float error = std::sqrt(least / (contrast + 1.0F));
+    const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
 /// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
-/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
+/// distinguishable, confidence is 0. alpha is then the known share, or else 1 in front and 0 behind.
 class local_matte {
 public:
     /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
@@ -89,15 +89,15 @@ public:
     }
 
 private:
-    /// A pixel uses the samples at its nearest silhouette side, and at the nearest sides of pixels this far away along rows and
-    /// columns.
+    /// A pixel uses the samples at its nearest silhouette side. It also uses those at the nearest sides of the four pixels at
+    /// this distance, in pixels, along its row and column.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages in between may have moved a
-    /// silhouette.
+    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages that ran after the share
+    /// was determined may have moved a silhouette.
     bool has_share(const silhouette_band::place& p) const {
         const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
         return share != 0 && (share >= 128) == p.in_front;

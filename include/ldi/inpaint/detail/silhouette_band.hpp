@@ -18,10 +18,10 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel on a silhouette, and the photo's colors on both sides.
+/// One side of a pixel on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
-    side towards_front;        ///< direction from `back` to `front`
+    side toward_front;         ///< direction from `back` to `front`
     float_color foreground{}, background{};
     bool can_tell = false;  ///< whether both colors are known and differ
 };
@@ -61,8 +61,8 @@ public:
     /// contrast  minimum distance between distinguishable colors, in 1 / 255
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
-            const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
-                                  sample(colors, s.back, opposite(s.towards_front), s.background);
+            const bool has_both = sample(colors, s.front, s.toward_front, s.foreground) &&
+                                  sample(colors, s.back, opposite(s.toward_front), s.background);
             s.can_tell = has_both && squared_distance(s.foreground, s.background) >= contrast * contrast;
         }
     }
@@ -88,8 +88,8 @@ private:
     }
 
     /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
-    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close to a silhouette as mixed pixels
-    /// are.
+    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a silhouette,
+    /// where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;

@@ -1,5 +1,5 @@
 // The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
-// same surfaces. They are a small part of a photo's pixels, so they get their own numbers.
+// same surfaces. They are a small part of a photo's pixels, so they are numbered separately, as cells.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -25,7 +25,7 @@ struct texture_cells {
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
     buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
-    buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
+    buffer<std::int32_t> above, below;             ///< per cell: the linked cell there, or the cell itself
     buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 
     std::int32_t count() const { return pixel.count(); }
@@ -58,8 +58,8 @@ private:
     }
 };
 
-/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
-inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
+inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int max_steps) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
@@ -72,7 +72,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
         }
     };
     for_each_unknown(known, [&](std::int32_t i) { visit_around(i, 1, wave); });
-    for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
+    for (int distance = 2; distance <= max_steps && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
         wave.swap(further);
@@ -80,7 +80,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// Returns for each cell the cell two links away.
+/// Returns for each cell the cell two steps away along `links`.
 inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
     buffer<std::int32_t> result(links.size(), unset);
     for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];

@@ -24,7 +24,7 @@ inline constexpr int tap_values = 15;
 inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
     int sum = 0;
 #if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1  // if the loop is unrolled, GCC does not use the instruction for sums of absolute differences
+#pragma GCC unroll 1  // GCC uses the instruction for sums of absolute differences only if the loop is not unrolled
 #endif
     for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
     return sum;

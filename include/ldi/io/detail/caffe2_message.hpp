@@ -21,7 +21,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
-/// A named argument of an operator. Its value is in the member of its type. Strings point into the file.
+/// A named argument of an operator. The member whose type matches contains the value; the other members are
+/// empty. Strings point into the file.
 struct argument {
     std::string_view name;
     std::optional<float> number;

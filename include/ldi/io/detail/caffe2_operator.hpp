@@ -39,11 +39,11 @@ public:
     std::string_view bytes(std::string_view name) const { return *present(name, &argument::bytes, "a byte string"); }
     const buffer<std::int64_t>& integers(std::string_view name) const { return find(name).integers; }
 
-    /// Returns an integer, which must be in [least, most].
-    std::size_t integer(std::string_view name, std::int64_t least, std::int64_t most) const {
+    /// Returns an integer, which must be in [minimum, maximum].
+    std::size_t integer(std::string_view name, std::int64_t minimum, std::int64_t maximum) const {
         const std::int64_t value = integer(name);
-        if (value < least || value > most)
-            fail(name, std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
+        if (value < minimum || value > maximum)
+            fail(name, std::to_string(minimum) + " to " + std::to_string(maximum), std::to_string(value));
         return static_cast<std::size_t>(value);
     }
 

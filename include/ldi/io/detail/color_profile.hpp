@@ -26,8 +26,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { inline n
 /// Maximum memory for reading a profile: its own bytes, and those that Little CMS allocates.
 inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
 
-/// Converts colors to sRGB in place. Does nothing if the profile is neither RGB nor gray, or cannot be read in
-/// max_profile_memory.
+/// Converts colors to sRGB in place. Does nothing if the profile is neither RGB nor gray, if it cannot be read in
+/// max_profile_memory, or without Little CMS.
 ///
 /// color    H x W x 3
 /// profile  color space of the samples
@@ -155,7 +155,7 @@ inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& pro
     if (!source || !target) return;
     const bool is_gray = cmsGetColorSpace(source.get()) == cmsSigGrayData;
     if (!is_gray && cmsGetColorSpace(source.get()) != cmsSigRgbData) return;
-    // Each pixel stores gray three times; the transform skips two of them.
+    // Each pixel stores its gray value three times; the transform skips two of the three.
     const cmsUInt32Number from = is_gray ? COLORSPACE_SH(PT_GRAY) | CHANNELS_SH(1) | EXTRA_SH(2) | BYTES_SH(1) : TYPE_RGB_8;
     const std::unique_ptr<void, transform_deleter> transform(cmsCreateTransformTHR(
         context.get(), source.get(), from, target.get(), TYPE_RGB_8, INTENT_RELATIVE_COLORIMETRIC, cmsFLAGS_NOCACHE));

@@ -1,4 +1,4 @@
-// Budget of one input file (io/picture_limits.hpp). Every decoder charges it before it allocates.
+// Budget of one input file (io/picture_limits.hpp). Every decoder charges the budget before it allocates memory.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -15,10 +15,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Raises too_large if a header announces more than `max_pixels` pixels.
-inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t max_pixels, const std::string& where) {
-    if (width > max_pixels / height)
-        raise(error_code::too_large, where, "at most " + std::to_string(max_pixels) + " pixels",
+/// Raises too_large if a header announces more than `limit` pixels.
+inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t limit, const std::string& where) {
+    if (width > limit / height)
+        raise(error_code::too_large, where, "at most " + std::to_string(limit) + " pixels",
               std::to_string(width) + " x " + std::to_string(height));
 }
 

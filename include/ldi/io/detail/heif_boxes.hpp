@@ -145,7 +145,7 @@ private:
             if (type != "infe") return;
             heif_numbers entry(body, where_);
             const unsigned of = version(entry);
-            if (of < 2) return;  // not a picture
+            if (of < 2) return;  // these versions do not describe pictures
             const std::uint32_t id = entry.next_32(of == 2 ? 2 : 4);
             entry.next(2);
             count(item_count_, 1, max_items, "items");
@@ -157,10 +157,12 @@ private:
         heif_numbers list(iloc, where_);
         const unsigned of = version(list);
         const std::uint64_t sizes = list.next(2);
-        const std::size_t offset_size = sizes >> 12 & 15, length_size = sizes >> 8 & 15, base_size = sizes >> 4 & 15,
-                          index_size = of == 0 ? 0 : sizes & 15;
-        for (const std::size_t size : {offset_size, length_size, base_size, index_size})
+        const std::size_t offset_size = sizes >> 12 & 15, length_size = sizes >> 8 & 15, base_size = sizes >> 4 & 15;
+        for (const std::size_t size : {offset_size, length_size, base_size})
             if (size != 0 && size != 4 && size != 8) broken("a number of " + std::to_string(size) + " bytes");
+        // Only items inside of other items need indices. libheif 1.15 would read them as offsets in version 1.
+        if (of > 0 && (sizes & 15) != 0)
+            raise(error_code::unsupported, where_, "items that lie in the file", "extents with an index");
         std::size_t extents = 0, located = 0;
         for (std::uint64_t left = list.next(of < 2 ? 2 : 4); left > 0; --left) {
             count(located, 1, max_entries, "locations");
@@ -172,14 +174,13 @@ private:
             if (item != nullptr && !item->extents.empty()) broken("an item with two places");
             for (std::uint64_t more = list.next(2); more > 0; --more) {
                 count(extents, 1, max_entries, "extents");
-                list.next(index_size);
                 const std::uint64_t offset = list.next(offset_size), length = list.next(length_size);
                 if (item != nullptr) item->extents.push_back(extent(method, base, offset, length));
             }
         }
     }
 
-    /// Returns the part of an extent inside the file; length 0 extends to the end.
+    /// Returns the bytes of an extent, cut off at the end of the file. An extent of length 0 extends to the end.
     std::span<const std::byte> extent(std::uint64_t method, std::uint64_t base, std::uint64_t offset,
                                       std::uint64_t length) const {
         if (method > 1) raise(error_code::unsupported, where_, "items that lie in the file", "an item inside of another");
@@ -214,11 +215,14 @@ private:
         });
     }
 
+    /// libheif reads references one after another and ignores the sizes of their boxes. Boxes with bytes beyond their reference
+    /// are refused, because libheif would read these bytes as further references.
     void read_references(std::span<const std::byte> iref) {
         heif_numbers list(iref, where_);
         const std::size_t id_size = version(list) == 0 ? 2 : 4;
         std::size_t references = 0;
         for_each_box(list.rest(), [&](std::string_view type, std::span<const std::byte> body) {
+            if (type == "uuid") broken("a reference with a longer header");
             heif_numbers entry(body, where_);
             const std::uint32_t from = entry.next_32(id_size);
             for (std::uint64_t left = entry.next(2); left > 0; --left) {
@@ -228,6 +232,7 @@ private:
                 if (type == "dimg" && has(from)) items.find(from)->second.sources.push_back(to);
                 if (type == "auxl" && has(to) && has(from)) items.find(to)->second.auxiliaries.push_back(from);
             }
+            if (!entry.rest().empty()) broken("a reference with unused bytes");
         });
     }
 

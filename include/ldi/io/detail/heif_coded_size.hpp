@@ -24,7 +24,7 @@ struct coded_size {
 /// Reads bits, most significant first. Bits beyond the end are 0.
 class bit_reader {
 public:
-    /// is_escaped  skips a byte 3 after two zero bytes (HEVC's emulation prevention)
+    /// is_escaped  whether to skip a byte 3 after two zero bytes (HEVC's emulation prevention)
     bit_reader(std::span<const std::byte> bytes, bool is_escaped) : bytes_(bytes), is_escaped_(is_escaped) {}
 
     std::uint64_t next(unsigned count) {
@@ -32,7 +32,7 @@ public:
         for (; count > 0; --count) value = value << 1 | bit();
         return value;
     }
-    /// Reads an Exp-Golomb number below 2^32.
+    /// Reads an Exp-Golomb number. Valid numbers are below 2^32.
     std::uint64_t golomb() {
         unsigned zeros = 0;
         while (zeros < 32 && bit() == 0) ++zeros;
@@ -86,7 +86,7 @@ inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
     return size;
 }
 
-/// Returns the largest size in an item.
+/// Returns the largest width and height that the sequence parameter sets of an item state.
 ///
 /// data  NAL units, each preceded by its length in `length_size` bytes
 inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t length_size) {
@@ -102,7 +102,7 @@ inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t
     return largest;
 }
 
-/// Returns the largest size in a decoder configuration.
+/// Returns the largest width and height that the sequence parameter sets of a decoder configuration state.
 ///
 /// hvcc  the decoder configuration record
 inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc) {
@@ -124,7 +124,7 @@ inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc) {
 inline void skip_av1_operating_points(bit_reader& bits) {
     bool has_decoder_model = false;
     unsigned delay_bits = 0;
-    if (bits.next(1) != 0) {  // timing
+    if (bits.next(1) != 0) {  // timing information is present
         bits.next(64);
         if (bits.next(1) != 0) bits.golomb();
         has_decoder_model = bits.next(1) != 0;
@@ -156,7 +156,7 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     if (is_reduced) {
         bits.next(3);
     } else {
-        // Each frame may state its own size with these numbers of bits, so assume the largest.
+        // Each frame may state another size in these numbers of bits, so this function returns the largest such size.
         size.width = std::uint64_t{1} << width_bits, size.height = std::uint64_t{1} << height_bits;
         if (bits.next(1) != 0) bits.next(7);
         bits.next(7);
@@ -171,7 +171,7 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     return size;
 }
 
-/// Returns the largest size that the AV1 sequence headers state.
+/// Returns the largest width and height that the AV1 sequence headers allow.
 ///
 /// units  open bitstream units, from an item or its configuration
 inline coded_size size_in_av1_units(std::span<const std::byte> units) {

@@ -57,7 +57,8 @@ inline void check_heif(const heif_error& said, const std::string& where) {
 struct heif_file {
     heif_file(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
         : items(bytes, budget, where), context(heif_context_alloc()) {
-        if (!context) raise(error_code::out_of_memory, where, "memory for a file", std::to_string(bytes.size()) + " bytes");
+        if (!context)
+            raise(error_code::out_of_memory, where, "memory for a file of " + std::to_string(bytes.size()) + " bytes", "less");
         const std::size_t longest_side = (std::min)(budget.max_pixels(), std::size_t{65535});
         heif_context_set_maximum_image_size_limit(context.get(), static_cast<int>(longest_side));
         limit(budget);
@@ -93,15 +94,20 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     const std::unique_ptr<heif_decoding_options, heif_deleter> options(heif_decoding_options_alloc());
     if (options) options->convert_hdr_to_8bit = 1;
     const auto length = [](int side) { return static_cast<std::size_t>((std::max)(side, 0)); };
-    constexpr std::size_t for_threads = 64'000'000;  // stacks of libheif's threads; each pixel needs at most 18 bytes
-    require_memory(18 * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads,
-                   where);
+    // At most 24 bytes per pixel (heif_items.hpp), and the stacks of libheif's threads.
+    constexpr std::size_t per_pixel = 24, for_threads = 64'000'000;
+    const std::size_t needed =
+        per_pixel * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads;
+    require_memory(needed, where);
     heif_image* pixels = nullptr;
-    check_heif(heif_decode_image(handle, &pixels, space, chroma, options.get()), where);
+    const heif_error said = heif_decode_image(handle, &pixels, space, chroma, options.get());
+    // Decoders report a lack of memory like a damaged file. If memory is scarce, assumes a lack of memory.
+    if (said.code == heif_error_Decoder_plugin_error) require_memory(2 * needed, where);
+    check_heif(said, where);
     return heif_pixels(pixels);
 }
 
-/// Returns all metadata blocks of a type ("Exif", or "mime" for XMP).
+/// Returns the metadata blocks of a type ("Exif", or "mime" for XMP), except empty blocks and blocks above 4 MiB.
 inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle* handle, const char* type,
                                                          decoding_budget& budget, const std::string& where) {
     constexpr std::size_t limit = std::size_t{4} << 20;
@@ -119,7 +125,8 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     return blocks;
 }
 
-/// Returns the ICC profile. Without one, returns the number of the primaries, unless the transfer curve is PQ or HLG.
+/// Returns the ICC profile. Without one, returns the number of the color primaries (ITU-T H.273), unless the transfer curve
+/// is PQ or HLG.
 inline color_profile heif_profile(const heif_image_handle* handle) {
     color_profile profile;
     const std::size_t size = heif_image_handle_get_raw_color_profile_size(handle);

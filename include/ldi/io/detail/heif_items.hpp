@@ -1,5 +1,6 @@
-// Computes the cost of decoding a picture in a HEIC or AVIF file. The picture may be a grid, overlay or identity of other
-// pictures; the cost covers all coded pictures and all pictures derived from them. Rejects pictures that contain themselves.
+// Computes the cost of decoding a picture in a HEIC or AVIF file. The picture may be derived from other pictures, as a
+// grid, an overlay or a rotated or cropped copy ("iden"); the cost covers all coded pictures and all pictures derived from them.
+// Rejects pictures that contain themselves.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -60,7 +61,7 @@ private:
         double width = 0, height = 0, memory = 0;
         double pixels = 0;        ///< number of pixels of all pictures; a pixel counts once per decoding, rotation and crop
         double pictures = 0;      ///< number of decoded pictures, with repetitions
-        double per_pixel = 0;     ///< in bytes
+        double per_pixel = 0;     ///< memory in bytes
         bool is_foreign = false;  ///< the codec is neither HEVC nor AV1
         bool is_known = false;    ///< false while the cost is being computed
     };
@@ -128,13 +129,14 @@ private:
         c.pixels = passes;  // passes per pixel; add_own() multiplies them by the number of pixels
     }
 
-    /// Adds the cost of the picture itself.
+    /// Adds the cost of the picture itself, without the pictures that it is derived from.
     static void add_own(cost& c) {
         c.memory += c.width * c.height * c.per_pixel;
         c.pixels *= c.width * c.height;
     }
 
     void read_coded(const heif_item& item, cost& c) const {
+        if (contiguous(item).empty()) broken("a picture without data");  // libheif's AV1 decoder would leak memory
         coded_size size;
         for (const std::size_t index : item.properties) {
             const heif_property& p = boxes_.properties[index];
@@ -148,8 +150,8 @@ private:
             }
         }
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
-        // Bytes for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and the
-        // additional memory of an AV1 decoder.
+        // Bytes per pixel: for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and
+        // the additional memory of an AV1 decoder.
         const bool is_av1 = item.type == "av01";
         c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
         c.pictures = 1;

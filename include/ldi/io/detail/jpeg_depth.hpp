@@ -1,7 +1,7 @@
 // Reads depth from JPEG files, in the three formats of phones:
 //
 //     GDepth          https://developers.google.com/depthmap-metadata: base64 in the XMP
-//     Dynamic Depth   version 1.0: files appended to the photo, listed by a directory in the XMP (also photos/1.0/container)
+//     Dynamic Depth   version 1.0: files appended to the photo, listed in the XMP (namespaces photos/dd/1.0 and photos/1.0)
 //     Apple           a picture of the Multi-Picture Format (CIPA DC-007) whose own XMP identifies it as disparity or depth
 //
 // The XMP, never the position, distinguishes depth from other appended pictures (gain maps, second views, videos).
@@ -34,7 +34,7 @@ struct located_depth {
     std::span<const std::byte> depth, confidence;  ///< complete picture files; `confidence` may be empty
     depth_meaning meaning;
     std::string source, where;
-    std::vector<std::byte> depth_in_text, confidence_in_text;  ///< bytes of the files that GDepth stores as base64 text
+    std::vector<std::byte> depth_in_text, confidence_in_text;  ///< decoded files that GDepth stores as base64 text
 };
 
 /// Reads range and unit from the properties of GDepth or Dynamic Depth. Raises unsupported, invalid_data.
@@ -99,8 +99,9 @@ inline std::vector<appended_item> list_items(const xmp_properties& xmp, std::str
     return items;
 }
 
-/// Returns the bytes of an item. Items follow the photo in order. If other data lies between them, the position is counted from
-/// the end of the file instead.
+/// Returns the bytes of an item, a JPEG or PNG file; empty if there is none. Items follow the photo in order, so the lengths of
+/// the preceding items determine the position. If no picture starts there, because the file contains other data, the lengths of
+/// the following items determine the position from the end of the file.
 inline std::span<const std::byte> item_bytes(std::span<const std::byte> bytes, std::size_t photo_end,
                                              const std::vector<appended_item>& items, std::size_t index) {
     const auto piece = [&](std::size_t at) -> std::span<const std::byte> {
@@ -183,7 +184,8 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
     std::size_t count = 0;
     for (const std::span<const std::byte> picture : list_pictures(bytes, *segment)) {
         const std::string here = where + ", picture " + std::to_string(++count);
-        // Finding the end of a picture reads all of it, and the segment may list the same picture many times.
+        // Charges each listed picture, because the search for its end reads all of it, and the segment of a hostile file may list
+        // the same picture many times.
         budget.take(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
         xmp_properties xmp;
         add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);

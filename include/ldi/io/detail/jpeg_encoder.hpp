@@ -1,5 +1,5 @@
 // Writes JPEG files with libjpeg or libjpeg-turbo, if ldi::io was configured with it. libjpeg-turbo is about seven times as
-// fast as stb_image_write and uses the same tables.
+// fast as stb_image_write and uses the same quantization and Huffman tables.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -55,7 +55,7 @@ private:
         std::jmp_buf back;
     };
     struct file {
-        jpeg_destination_mgr base;  // first, for the same reason
+        jpeg_destination_mgr base;  // first, so that a pointer to it can be cast to a pointer to `file`
         std::byte* bytes;
         std::size_t capacity;
 

@@ -7,7 +7,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Index arithmetic that shows a stored picture upright: upright pixel (y, x) is stored at index origin + y * down + x * right.
+/// Index arithmetic to read a stored picture in upright order: upright pixel (y, x) is stored at index origin + y * down + x *
+/// right.
 struct upright_order {
     std::size_t height, width;
     std::ptrdiff_t origin, down, right;

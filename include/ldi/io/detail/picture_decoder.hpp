@@ -53,8 +53,8 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
         const char* const stated = stb::stbi_failure_reason();
         const std::string_view reason = stated == nullptr ? "outofmem" : stated;
         if (reason == "outofmem" || reason == "unknown image type" || reason == "too large")
-            raise(reason == "too large" ? error_code::too_large : error_code::out_of_memory, where, "memory for a picture",
-                  std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
+            raise(reason == "too large" ? error_code::too_large : error_code::out_of_memory, where,
+                  "memory for " + std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels", "less");
         damaged(header.format, where, std::string(reason));
     }
     picture.width = static_cast<std::size_t>(width), picture.height = static_cast<std::size_t>(height);

@@ -13,8 +13,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the right half is a depth map beside a color photo: no colored pixel, at least 16 shades, and not a gray copy of the
-/// left half.
+/// Whether the left half is a color photo and the right half its depth map. The left half then has more than 1 % colored pixels.
+/// The right half has no colored pixel and at least 16 shades, and is not a gray copy of the left half.
 inline bool is_side_by_side(const image<std::uint8_t>& color) {
     constexpr double min_share_of_colored = 0.01, max_correlation = 0.95;
     const std::size_t half = color.width() / 2;

@@ -82,7 +82,7 @@ inline void* grow(void* pointer, size_t size) {
     return size > largest_growth ? nullptr : realloc(pointer, size);
 }
 
-/// Limits the growth of decoder memory to `bytes` during its lifetime.
+/// While an object exists, the decoder cannot enlarge a buffer of this thread beyond `bytes`.
 class growth_limit {
 public:
     explicit growth_limit(size_t bytes) { largest_growth = bytes, is_growth_exceeded = false; }

@@ -26,7 +26,7 @@ struct color_profile {
 
 struct stored_photo {
     decoded_picture<std::uint8_t> picture;
-    unsigned orientation = 1;                ///< of EXIF, 1 to 8; 1 is upright
+    unsigned orientation = 1;                ///< 1 to 8, as in EXIF; 1 is upright
     std::optional<float> focal_length_35mm;  ///< in millimeters
     color_profile profile;
 };
@@ -37,8 +37,8 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     decoded_picture<std::uint8_t> picture;
     picture.samples.reset(static_cast<std::uint8_t*>(std::malloc(height * width * channels)));
     if (!picture.samples)
-        raise(error_code::out_of_memory, where, "memory for a picture",
-              std::to_string(width) + " x " + std::to_string(height) + " pixels");
+        raise(error_code::out_of_memory, where,
+              "memory for " + std::to_string(width) + " x " + std::to_string(height) + " pixels", "less");
     picture.height = height, picture.width = width, picture.channels = channels;
     return picture;
 }
@@ -48,8 +48,7 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
 inline void require_memory(std::size_t bytes, const std::string& where) {
     void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove it
     if (probe == nullptr)
-        raise(error_code::out_of_memory, where, "memory for decoding, " + std::to_string(bytes / 1'000'000) + " MB",
-              "less memory");
+        raise(error_code::out_of_memory, where, std::to_string(bytes / 1'000'000) + " MB of memory for decoding", "less");
     std::free(probe);
 }
 

@@ -21,7 +21,7 @@ public:
         std::uint64_t count = 0;
         std::size_t place = 0;  ///< offset of the first value
         double bytes = 0;       ///< size of all values
-        bool is_inside = true;  ///< the values are stored in the directory itself
+        bool is_inside = true;  ///< whether the values are stored in the directory itself
     };
 
     explicit tiff_directory(std::span<const std::byte> tiff) : bytes_(tiff) {

@@ -112,7 +112,7 @@ struct opened_tiff {
     [[noreturn]] void broken(const std::string& where) const {
         for (const char* const said : {"No space", "ut of memory", "nsufficient memory", "o allocate memory"})
             if (memory.complaint.find(said) != std::string::npos)
-                raise(error_code::out_of_memory, where, "memory for a picture", memory.complaint);
+                raise(error_code::out_of_memory, where, "enough memory", "too little: " + memory.complaint);
         damaged(picture_format::tiff, where, memory.complaint);
     }
 
@@ -122,13 +122,13 @@ private:
         const void* data = nullptr;
         TIFFGetField(file.get(), TIFFTAG_SUBFILETYPE, &kind);
         if ((kind & FILETYPE_REDUCEDIMAGE) != 0 || TIFFGetField(file.get(), TIFFTAG_DNGVERSION, &data) == 1)
-            raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file: develop it first");
+            raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file (develop it first)");
         TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
         TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
         if (width == 0 || height == 0) broken(where);
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
-        header.memory_per_pixel = 8;  // packed samples, then RGB
+        header.memory_per_pixel = 8;  // packed RGBA, then RGB
         // Memory for the compressed bytes, at most the whole file; for the samples of a strip or tile (twice, because some
         // codecs keep two copies; four times as much if each channel is a separate plane); and for the packed samples of a
         // tile.
@@ -159,7 +159,7 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     std::uint16_t orientation = 1;
     TIFFGetFieldDefaulted(file.get(), TIFFTAG_ORIENTATION, &orientation);
     photo.orientation = orientation;
-    // Otherwise libtiff mirrors the picture, but does not rotate it.
+    // With the stored orientation, libtiff would mirror the picture, but not rotate it.
     TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
     std::uint32_t count = 0;
     const void* data = nullptr;

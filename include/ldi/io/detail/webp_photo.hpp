@@ -16,8 +16,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns the body of a chunk of a RIFF file; empty if there is no chunk of that name. Sizes are little-endian and padded to
-/// even numbers.
+/// Returns the body of a chunk of a RIFF file; empty if there is no chunk of that name. Sizes are little-endian, and chunks are
+/// padded to even sizes.
 inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
     for (std::size_t at = 12; at + 8 <= bytes.size();) {
         std::size_t size = 0;
@@ -61,8 +61,8 @@ inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budge
     into.output.u.RGBA.size = header.width * channels * header.height;
     const VP8StatusCode status = WebPDecode(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &into);
     if (status == VP8_STATUS_OUT_OF_MEMORY)
-        raise(error_code::out_of_memory, where, "memory for a picture",
-              std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
+        raise(error_code::out_of_memory, where,
+              "memory for " + std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels", "less");
     if (status != VP8_STATUS_OK) damaged(picture_format::webp, where, "a picture that is cut off or damaged");
 
     std::span<const std::byte> exif = riff_chunk(bytes, "EXIF");

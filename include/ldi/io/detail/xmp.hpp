@@ -102,7 +102,7 @@ private:
         }
 
         xmp_properties& to;
-        std::vector<std::size_t> numbers;  ///< indices of the enclosing elements, outermost first
+        std::vector<std::size_t> numbers;  ///< indices of the enclosing elements, outermost first, and of the visited element
     };
 
     void append(pugi::xml_node node, std::string_view qualified, std::string_view text, std::size_t owner) {

@@ -23,7 +23,7 @@ inline float multiply_add(float a, float b, float c) {
 #endif
 }
 
-/// Computes the sums of `pixels` pixels with one panel of weights.
+/// Computes `pixels` pixels with one panel of weights.
 template <std::size_t pixels>
 inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
                       std::size_t first_output, const float* ratios, float* result) {

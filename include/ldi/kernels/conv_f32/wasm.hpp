@@ -1,8 +1,9 @@
 // kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
 //
-// A load broadcasts an input to all lanes, and the panel's vectors share it. V8 allocates 15 registers and moves loads to the
-// front: 8 sums, 2 vectors of weights, 4 of inputs. Tiles process one input at a time, because V8 would load the second input
-// before it computes the products of the first.
+// A load broadcasts an input to all lanes, and the panel's vectors share it. V8 has 15 registers to allocate, and moves all loads
+// to the front of the loop. A tile of 4 pixels and 2 vectors therefore has 14 live vectors: 8 of sums, 2 of weights and 4 of
+// inputs. Tiles process one input at a time, because V8 would load the second input before it computes the products of the
+// first.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>

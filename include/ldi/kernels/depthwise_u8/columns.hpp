@@ -17,7 +17,7 @@ struct depthwise_columns {
     std::size_t first = 0, count = 0;
     std::size_t first_column = 0;  ///< column of slot 0, plus one because columns start at -1
     std::size_t slot_count = 0;
-    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three consecutive entries.
+    /// Entry i is the slot of column first * stride + i - 1 of the enlarged rows; a window reads three consecutive entries.
     std::uint16_t slot_of[max_taps];
 
     /// Maximum number of result pixels that fit at any position.

@@ -102,7 +102,8 @@ struct depthwise_stretches {
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // column index plus one
+            // Column of the enlarged row, plus one: 0 is the padding to the left of the row.
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }
         return at(columns);

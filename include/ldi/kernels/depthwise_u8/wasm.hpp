@@ -58,7 +58,7 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// Completes the last slot. Its missing next column has weight 0, so any value serves.
+    /// Completes the last slot. There is no next column to interleave; its weight would be 0, so any value does.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 

@@ -23,11 +23,11 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {min - int{zero_point}, max - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.
+/// Maximum number of inputs of kernels without a fused multiply-add, which first widen the inputs into a buffer of fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
 /// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /
-/// scale.
+/// scale. Writes the constants of their requantization to `fast`.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
@@ -41,9 +41,10 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// Returns the fastest instruction set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes.
+/// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of its float
+/// requantization to `fast`, except for scalar and NEON, which requantize in integers. x86 and NEON multiply by signed bytes.
 /// Weights in -127..128 (zero point 127) fit after negation; the requantization then reads negated sums. AVX2 also accepts wider
-/// weights. NEON requantizes in integers.
+/// weights.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;

@@ -1,9 +1,9 @@
 // AVX-512 code that conv_f32 and conv_u8 share.
 //
-// A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
-// one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
-// the multiplication itself broadcasts. A tile has 24 independent sums. 4 sums (Zen 4) or 8 (Intel) would hide the latency, but
-// large tiles save loads of weights that do not fit in the first-level cache.
+// A tile consists of some pixels and one panel of outputs (detail/panel_cut.hpp); its sums stay in registers. For each input (or
+// group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
+// the panel has a single vector, the multiplication itself broadcasts. A full tile has 24 independent vectors of sums. 4 (Zen 4)
+// or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -55,7 +55,7 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// The ratio of all pixels of a call without ratios.
+/// Ratio that applies to all pixels if a call has no ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
 /// Mask of the existing outputs among the panel's 16 lanes that start at `from`.
@@ -65,7 +65,7 @@ template <class Output>
     return static_cast<__mmask16>(count >= conv_whole ? 0xFFFFU : (1U << count) - 1U);
 }
 
-/// Returns the value and hides its origin from the compiler.
+/// Returns the value, and hides from the compiler how it was computed (see conv_tile_pointers).
 template <class T>
 [[gnu::always_inline]] inline T opaque(T value) {
     asm("" : "+r"(value));

@@ -13,15 +13,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Arguments of a convolution for one panel of outputs: pixels and weights.
 template <class Value>
 struct conv_panel_input {
-    const Value* const* rows;
+    const Value* const* rows;  ///< addresses of the first pixel's pieces
+    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
     std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;
+    const Value* weights;  ///< of the panel
 };
 
 /// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
-    const float *bias, *ratios;
+    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
     float negative_slope;
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer

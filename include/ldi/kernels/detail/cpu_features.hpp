@@ -10,8 +10,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
-/// AVX-VNNI.
+/// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so an
+/// operating system that supports AVX2 supports it, too.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
     return found;

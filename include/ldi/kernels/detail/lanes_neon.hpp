@@ -26,7 +26,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return sums;
 }
 
-/// Same as add_products(), but multiplies every group of four bytes of a by the same four bytes of b, from `4 * lane` on.
+/// Same as add_products(), but multiplies every group of four bytes of a by one group of b, bytes 4 * lane to 4 * lane + 3.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));

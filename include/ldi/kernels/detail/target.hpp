@@ -1,8 +1,8 @@
 // Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
-// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
-// them. Code between the two macros must not contain lambdas or standard templates over vector types, or call an outside
-// function that uses intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if
-// every index is a constant.
+// LDI_BEGIN_TARGET("features") and LDI_END_TARGET are compiled for the named processor features in every translation unit. Code
+// between the two macros must not contain lambdas or standard templates over vector types, and must not call functions outside
+// that use intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index
+// is a constant.
 #pragma once
 
 #include <ldi/base/config.hpp>

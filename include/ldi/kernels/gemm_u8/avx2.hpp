@@ -82,7 +82,9 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-/// Stores 32 / outputs pixels with 8 or 16 outputs each.
+/// Stores the results of four vectors: 4 pixels with 8 outputs each, or 2 pixels with 16.
+///
+/// outputs  distance between the results of adjacent pixels: the number of outputs of the layer
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
                                               std::size_t outputs) {

@@ -29,15 +29,17 @@ struct gemm_term {
     std::uint32_t first_input = 0;
     int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    std::uint8_t load[max_weights] = {};    ///< half of the weights in each 16-bit sum: outputs x 2 x (positive, negative)
+    /// Two loads per 16-bit sum: the absolute sums of its positive and of its negative weights, halved and rounded up. Shape:
+    /// outputs x 2 sums x 2 loads.
+    std::uint8_t load[max_weights] = {};
 
     /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
-        constexpr std::uint64_t most = 64, each = 0x0101010101010101;
+        constexpr std::uint64_t max_load = 64, each = 0x0101010101010101;
         for (std::size_t i = 0; i < max_weights; i += 8) {
             std::uint64_t a = 0, b = 0;
             std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
-            if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
+            if (((a + b + (127 - max_load) * each) & (128 * each)) != 0) return false;
         }
         return true;
     }
@@ -76,7 +78,7 @@ struct paired_terms {
     std::size_t pairs = 0;
 
     explicit paired_terms(const buffer<gemm_term>& terms) {
-        buffer<const gemm_term*> rest, singles;  // sorted by descending weight
+        buffer<const gemm_term*> rest, singles;  // sorted by descending `heaviest`
         for (const gemm_term& term : terms) rest.push_back(&term);
         stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {

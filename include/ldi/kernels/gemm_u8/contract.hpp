@@ -19,16 +19,17 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, and a single output with AVX2: weight minus its zero point
-    /// AVX2, VNNI, NEON: weight minus its zero point. All of them are negated if only then they fit in signed bytes
-    /// (choose_target())
+    /// Weights minus their zero point, for scalar, WebAssembly, and AVX2 with a single output.
+    buffer<std::int16_t> wide;
+    /// Weights minus their zero point, for AVX2, VNNI and NEON. All weights of the layer are negated if they fit in signed bytes
+    /// only then (choose_target()).
     buffer<std::int8_t> narrow;
-    /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
-    /// each term
+    /// For AVX2, which splits the weights of four inputs into terms (avx2_packing.hpp). For each segment of each panel: the
+    /// number of pairs of terms, the number of single terms, and the first input of each term.
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;      ///< NEON: if `narrow` is negated, so are `bias` and the multiplier
-    /// Float form of `output`, negated if `narrow` is negated; `bias` then is, too. On WebAssembly, the constants of an
+    requantization output;      ///< on NEON, `bias` and the multiplier are negated if `narrow` is
+    /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, it has the constants of an
     /// unfused_requantization. Scalar and NEON do not use it.
     float_requantization fast;
 

@@ -1,7 +1,8 @@
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
 // The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
-// the panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
+// the panel's vectors share. V8 has 15 registers to allocate, and moves all loads to the front of the loop. A tile therefore has
+// at most 14 live vectors: 8 of sums, 2 of weights and 4 of inputs.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_wasm.hpp>

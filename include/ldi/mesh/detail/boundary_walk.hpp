@@ -95,14 +95,14 @@ struct pixel_side {
     friend bool operator==(const pixel_side&, const pixel_side&) = default;
 };
 
-/// One corner of one pixel. A walk around its lattice point reaches the pixels linked there.
+/// One corner of one pixel. visit_corner_class() finds the pixels that share it.
 struct pixel_corner {
     std::int32_t pixel;
     int corner;
     friend bool operator==(const pixel_corner&, const pixel_corner&) = default;
 };
 
-/// Walks over a graph whose boundary sides are marked.
+/// Follows the boundaries of charts, pixel side by pixel side, in a graph whose boundary sides are marked.
 class boundary_walker {
 public:
     boundary_walker(const graph_view& g, const buffer<std::uint8_t>& sides)
@@ -142,8 +142,9 @@ public:
         return e;
     }
 
-    /// Visits the pixels that links connect around the lattice point of `c`, even across charts: these pixels share one corner.
-    /// The order does not depend on `c`. Returns the first pixel's corner, which identifies the shared corner.
+    /// Visits all pixels that share the corner `c`: those that links connect around its lattice point, even across charts. The
+    /// order is the same whichever of these pixels `c` names. Returns the first pixel's corner, which identifies the shared
+    /// corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;

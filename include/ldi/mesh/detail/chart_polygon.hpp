@@ -14,8 +14,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Polygon for the triangulator. `corners` and `edges` contain the corner of each outline vertex, and the boundary edge that
-/// starts there.
+static_assert(std::int64_t{4} * max_chart_box * max_chart_box <= max_polygon_vertices);  // see polygon_event()
+
+/// Polygon for the triangulator. Per outline vertex, `corners` has the index of its corner in chart_outlines, and `edges` has the
+/// boundary edge that starts there.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;

@@ -10,13 +10,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Compares outline edges of a polygon whose bounding boxes meet. Keep an object to reuse its memory.
+/// Finds crossings between the outline edges of a polygon. Compares only edges whose bounding boxes meet. Keep an object to reuse
+/// its memory.
 class crossing_finder {
 public:
-    /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
-    /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
-    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Two edges may coincide
-    /// in opposite directions, as along a slit. May report a fault more than once.
+    /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
+    /// of both. overlap(v, w): v and w lie at one point, and the interiors at both vertices overlap. spike(v): the outline
+    /// doubles back at v, or has an edge of length 0 there. Two edges may coincide in opposite directions, as along a slit. May
+    /// report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -64,8 +65,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// A vertex of the outline: it arrives from `from` at `at` and leaves to `to`. The interior extends clockwise from `to` to
-    /// `from`.
+    /// One visit of the outline to a point: it runs from `from` to `at` and on to `to`. The interior extends clockwise from `to`
+    /// to `from`.
     struct visit {
         lattice_point at, from, to;
     };
@@ -120,7 +121,7 @@ private:
                     *link = entries_[*link].next;
                     continue;
                 }
-                // Two edges may share several columns; only the first one counts.
+                // Two edges may share several columns; they are compared only in the first one.
                 const bool is_first = column == column_of((std::max)(e.left, f.left));
                 if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
                 link = &entries_[*link].next;

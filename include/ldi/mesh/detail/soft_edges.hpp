@@ -90,7 +90,7 @@ private:
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// Returns the disparity visible at a position, or `nothing` outside the photo.
+    /// Returns the disparity of the visible surface at a position, or the argument `nothing` if there is no surface.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
         const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
         const float seen = inside ? seen_.disparity(y, x) : nothing;
@@ -132,7 +132,8 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte from the edge outward. The matte is the foreground's share in the colors behind the edge.
+    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the foreground's share in the colors of the
+    /// background.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -205,7 +206,7 @@ private:
     bool is_closed_ = false;
     float min_step_ = 0;
     buffer<std::int32_t> corners_;  // corners of the piece
-    buffer<float> steps_;           // steps of its edges; 0 without another surface behind the edge
+    buffer<float> steps_;           // per edge: step in disparity to the surface behind it; 0 if hard
     buffer<vector> normals_;        // outward normals of its edges
     buffer<vector> rims_;           // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;

@@ -1,5 +1,5 @@
-// Positions for the vertices inside a chart: evenly spaced lines, which contain studs and single vertices, and bends of the
-// disparity along a line.
+// Positions for the vertices inside a chart. Studs (vertical polylines, mesh/studs.hpp) and single vertices lie on evenly spaced
+// lines, at the bends of the disparity along each line.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,8 +12,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Divides an extent by evenly spaced lines at integer positions. The lines are tabulated, because every row of a chart looks
-/// them up.
+/// Divides an extent by evenly spaced lines at integer positions. A table has the next line for each position, because every row
+/// of a chart looks it up.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {

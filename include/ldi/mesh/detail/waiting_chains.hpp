@@ -112,7 +112,7 @@ private:
         return half_edge;
     }
 
-    /// Records that `half_edge` lies along an edge, or connects it to the half-edge recorded before.
+    /// Stores `half_edge` as the first half-edge of a link's edge. If the link has one already, makes the two half-edges mates.
     void attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
         if (link < 0) return;
         std::int32_t& other = open_sides_[link];

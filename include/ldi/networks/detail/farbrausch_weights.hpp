@@ -5,7 +5,6 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/kernels/requantize.hpp>
-#include <ldi/networks/detail/network_input.hpp>
 #include <ldi/networks/detail/network_tensors.hpp>
 #include <ldi/networks/inpainting_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
@@ -15,18 +14,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts the network's input to the values that its first convolution reads.
+/// Converts a float of the network's input to the value that its first convolution reads.
 template <class Value>
 struct farbrausch_input;
 
 template <>
-struct farbrausch_input<float> {};
+struct farbrausch_input<float> {
+    float zero() const { return 0.0F; }
+    float operator()(float value) const { return value; }
+};
 
 template <>
 struct farbrausch_input<std::uint8_t> {
@@ -38,20 +38,6 @@ struct farbrausch_input<std::uint8_t> {
         return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
     }
 };
-
-template <class Value>
-masked_map<Value> converted(network_input input, std::size_t channels, const farbrausch_input<Value>& convert) {
-    masked_map<Value> result;
-    if constexpr (std::is_same_v<Value, float>) {
-        result.map.channels = channels;
-        result.map.values = std::move(input.values);
-    } else {
-        result.map = {input.values.size() / channels, channels, convert.zero()};
-        std::transform(input.values.begin(), input.values.end(), result.map.values.begin(), convert);
-    }
-    result.mask = std::move(input.mask);
-    return result;
-}
 
 /// One encoder and one decoder convolution per level.
 template <class Weights>

@@ -22,11 +22,11 @@ struct farbrausch_level {
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< convolution from `read` of this level to `read` of the next level
-    convolution_plan decode;             ///< convolution from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< per pixel of `read`: parent's row in `decoded` of the next level, or no_pixel
+    convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
+    convolution_plan decode;             ///< decoder's convolution, to the decoded pixels of this level
+    buffer<std::int32_t> decoded_above;  ///< per pixel read: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
 /// Plans all levels, from the finest to the coarsest.
@@ -69,8 +69,8 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // Traces the encoder in reverse order, from the coarsest level to the finest. The decoder and the next encoder stage read
-    // the results of each stage.
+    // Traces the encoder in reverse order, from the coarsest level to the finest. Both the decoder and the next encoder stage
+    // read the result of an encoder stage.
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
@@ -89,7 +89,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
+    levels[0].read = std::move(read.pixels), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
 }
 

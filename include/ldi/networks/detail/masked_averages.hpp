@@ -10,7 +10,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -29,7 +28,6 @@ public:
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
     float* at(std::int32_t i) { return values_.data() + first_value(i); }
-    buffer<float> release() { return std::move(values_); }
 
 private:
     static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }

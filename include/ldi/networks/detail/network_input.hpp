@@ -1,10 +1,10 @@
 // Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
-#include <ldi/nn/ldi/pixel_subset.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -12,26 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The network's input, one row per pixel that it reads.
-struct network_input {
-    buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< per row: 0 for a missing color, otherwise 1; empty: all 1
-};
-
-/// Scales known colors to [0, 1] and masks unknown colors.
-inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
-                                  const pixel_subset& read) {
-    network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
-    for (std::size_t row = 0; row < read.size(); ++row) {
-        const std::size_t pixel = static_cast<std::size_t>(read.pixels[row]);
-        if (known[pixel] == 0) continue;
-        input.mask[row] = 1;
-        for (std::size_t c = 0; c < 3; ++c) input.values[3 * row + c] = nearest_float(colors[3 * pixel + c]) / 255.0F;
-    }
-    return input;
-}
-
-/// Result of a layer.
+/// Input of the network or result of a layer.
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
@@ -54,5 +35,23 @@ struct masked_map {
         return result;
     }
 };
+
+/// Returns the input of a network that masks unknown colors: known colors, scaled to [0, 1].
+///
+/// read     pixels that the network reads
+/// convert  converts floats to the input's values
+template <class Convert>
+auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, std::span<const std::int32_t> read,
+                  const Convert& convert) {
+    masked_map<decltype(convert(0.0F))> input{{read.size(), 3, convert.zero()}, buffer<std::uint8_t>(read.size())};
+    for (std::size_t row = 0; row < read.size(); ++row) {
+        const std::size_t pixel = static_cast<std::size_t>(read[row]);
+        input.mask[row] = known[pixel] != 0 ? 1 : 0;
+        for (std::size_t c = 0; c < 3; ++c)
+            input.map.values[3 * row + c] =
+                known[pixel] != 0 ? convert(nearest_float(colors[3 * pixel + c]) / 255.0F) : input.map.zero;
+    }
+    return input;
+}
 
 }}}  // namespace ldi::detail

@@ -1,4 +1,4 @@
-// Reads tensors of a weight file for networks with 8-bit arithmetic.
+// Reads values and quantizations from the tensors of a weight file.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -1,5 +1,6 @@
-// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
-// layered image. examples/training/farbrausch/README.md explains the steps.
+// Computes the smooth colors that the inpainting network starts from, with pyramids of masked 3 x 3 averages along the links of a
+// layered image. The fill continues the known colors smoothly into unknown pixels. The tone is the average color of a wide
+// neighborhood; the network reads colors relative to it. examples/training/farbrausch/README.md explains the steps.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -7,6 +8,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
 #include <ldi/networks/detail/masked_averages.hpp>
 
@@ -14,14 +16,37 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input, and the fill that the network corrects.
+template <class Value>
 struct smooth_fills {
-    buffer<float> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
+    buffer<Value> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
+};
+
+/// Numbers the unknown pixels from 0, in a quarter of the memory of an index per pixel.
+class unknown_numbers {
+public:
+    explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
+        std::int32_t before = 0;
+        for (std::int32_t pixel = 0; pixel < known.count(); ++pixel) {
+            if (pixel % block == 0) first_.push_back(before);
+            before += known[pixel] == 0 ? 1 : 0;
+        }
+    }
+    std::int32_t operator()(std::int32_t pixel) const noexcept {
+        std::int32_t number = first_[pixel / block];
+        for (std::int32_t p = pixel - pixel % block; p < pixel; ++p) number += known_[p] == 0 ? 1 : 0;
+        return number;
+    }
+
+private:
+    static constexpr std::int32_t block = 4;
+    array_view<const std::uint8_t> known_;
+    buffer<std::int32_t> first_;  // per block of pixels: number of its first unknown pixel
 };
 
 template <executor Executor>
@@ -33,7 +58,9 @@ public:
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
-    smooth_fills run() {
+    /// convert  converts floats to values of the input
+    template <class Convert>
+    auto run(const Convert& convert) {
         const std::size_t depth = levels_.size() - 1;
         buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
@@ -54,9 +81,9 @@ public:
             fill = from_above(fill, levels_[i].above, known[i]);
             spread(fill, levels_[i].average, known[i], 2 << i);
             tone = average_from_above(tone, i, known[i]);
-            known[i] = {};
+            known[i] = {}, levels_[i].average = {}, levels_[i].above = {};
         }
-        return finest(fill, tone);
+        return finest(std::move(fill), tone, convert);
     }
 
 private:
@@ -82,26 +109,20 @@ private:
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
-    }
-
-    /// Replaces the colors at `places` by the averages of their windows, `passes` times.
-    ///
-    /// windows  the windows of `places`, in the same order
-    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
-        masked_colors next(places.size());
+        const convolution_plan unknown_windows = restrict_and_renumber(windows, unknown);
+        masked_colors next(unknown.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
+                unknown_windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
                 [&](std::int32_t output, masked_color c) noexcept { next.set(output, c); });
-            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
-                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            parallel_for(threads_, unknown.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(unknown[i], next[static_cast<std::int32_t>(i)]);
             });
         }
     }
 
-    /// Averages each pixel's window once. A pixel of the window counts with the color of its parent, or with its own known
-    /// color if the parent has none.
+    /// Averages each pixel's window once. Each pixel of the window contributes the color of its parent, or its own known color
+    /// if the parent has none.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -124,54 +145,64 @@ private:
     }
 
     /// Computes level 0 at the pixels that the network reads.
-    smooth_fills finest(const masked_colors& fill_above, const masked_colors& tone_above) {
+    template <class Convert>
+    auto finest(masked_colors fill_above, const masked_colors& tone_above, const Convert& convert) {
         const farbrausch_level& level = levels_[0];
-        const pixel_subset& read = level.read;
-        masked_colors fill(read.size());
-        buffer<std::int32_t> unknown, rows;
-        for (std::int32_t row = 0; row < fill.count(); ++row) {
-            const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
-            fill.set(row, base_color(pixel, fill_above));
-        }
-        convolution_plan windows = restrict_and_renumber(level.average, unknown);
-        renumber_inputs(windows, read);
-        spread_at(fill, windows, rows, 2);
-        color_along_links(fill, fill_above);
-        smooth_fills result;
+        const unknown_numbers number(known_);
+        const masked_colors unknown = unknown_colors(number, fill_above);
+        fill_above = {};
+        const auto color = [&](std::int32_t pixel) noexcept {
+            if (known_[pixel] != 0) return photo(pixel);
+            const std::int32_t i = number(pixel);
+            return unknown.has(i) ? unknown[i] : mean();
+        };
+        smooth_fills<decltype(convert(0.0F))> result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded[d]];
-            const masked_color color = fill.has(row) ? fill[row] : mean();
-            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
+            const masked_color at = color(level.decoded[d]);
+            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = at[c];
         }
+        result.input.resize(lanes::wide * level.read.size(), unset);
         average_windows(
-            restrict_to(level.average, read.pixels), threads_,
+            restrict_and_renumber(level.average, level.read), threads_,
             [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
-            [&](std::int32_t pixel, masked_color tone) noexcept {
-                const std::int32_t row = read.row_of[pixel];
-                const masked_color color = fill.has(row) ? fill[row] : mean();
-                masked_color relative = color - (tone[3] != 0.0F ? tone : color);
+            [&](std::int32_t row, masked_color tone) noexcept {
+                const std::int32_t pixel = level.read[row];
+                const masked_color here = color(pixel);
+                masked_color relative = here - (tone[3] != 0.0F ? tone : here);
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
-                fill.set(row, relative);
+                auto* const to = result.input.data() + lanes::wide * static_cast<std::size_t>(row);
+                for (std::size_t c = 0; c < lanes::wide; ++c) to[c] = convert(relative[c]);
             });
-        result.input = fill.release();
         return result;
     }
 
-    /// Colors pixels that have no color on any level. They exist where few links connect a surface to the rest, because coarser
-    /// levels may cut these links. Waves run along links from colored pixels, and each pixel becomes the average of its colored
-    /// neighbors.
-    void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
-        for (std::int32_t row = 0; row < fill.count(); ++row) {
-            if (fill.has(row)) continue;
+    /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
+    ///
+    /// Last, colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface
+    /// to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link
+    /// per pass: each pixel becomes the average of its colored neighbors.
+    masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
+        buffer<std::int32_t> unknown;
+        for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
+        const convolution_plan windows = restrict_and_renumber(levels_[0].average, unknown);
+        masked_colors once(unknown.size()), twice(unknown.size());
+        average_windows(
+            windows, threads_, [&](std::int32_t p) noexcept { return base_color(p, fill_above); },
+            [&](std::int32_t i, masked_color c) noexcept { once.set(i, c); });
+        average_windows(
+            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[number(p)]; },
+            [&](std::int32_t i, masked_color c) noexcept { twice.set(i, c); });
+        for (std::int32_t i = 0; i < twice.count(); ++i) {
+            if (twice.has(i)) continue;
             if (alone_.empty()) run_waves(fill_above);
-            fill.set(row, base_color(levels_[0].read.pixels[row], fill_above));
+            twice.set(i, base_color(unknown[i], fill_above));
         }
+        return twice;
     }
 
-    /// Colors all pixels without a color on any level, even those that the network does not read, so that colors do not depend
-    /// on which pixels it reads.
+    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
+    /// otherwise, colors would depend on which pixels it reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)

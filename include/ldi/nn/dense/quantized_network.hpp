@@ -137,7 +137,7 @@ private:
     void find_last_uses() {
         buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            last[i + 1] = i;  // frees a tensor without readers immediately
+            last[i + 1] = i;  // if no layer reads the tensor, it is not needed after layer i
             for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
         last_uses_.resize(layers_.size());

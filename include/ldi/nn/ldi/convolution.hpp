@@ -90,8 +90,8 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
-/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
-///          unchanged. Must not overlap a source
+/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
+///          plan omits stay unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -106,7 +106,8 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// 0.
 ///
 /// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
-/// all channels of all sources. Without masks, only missing pixels are excluded.
+/// all channels of all sources. C is the number of these channels, and k is the kernel size. Without masks, only missing pixels
+/// are excluded.
 ///
 /// sources, result  as in convolve(), but sources may have masks
 /// result_mask      plan.output_count: 1 where the mask's sum is positive, else 0; may be empty

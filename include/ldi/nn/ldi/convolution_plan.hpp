@@ -1,9 +1,10 @@
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
 // where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
-// silhouettes. A plan depends only on the graph and the kernel size; all layers of a level share it.
+// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/window.hpp>
@@ -13,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -28,7 +30,7 @@ struct convolution_plan {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;     ///< pixels of the graph
     std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
-    buffer<segment> segments;        ///< ascending
+    buffer<segment> segments;        ///< in ascending order of outputs
     buffer<std::int32_t> rows;       ///< segments x kernel_size
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
@@ -52,6 +54,12 @@ struct convolution_plan {
 };
 
 namespace detail {
+
+inline void check_kernel_size(std::int32_t kernel_size) {
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
+        raise(error_code::invalid_option, "kernel_size", "an odd number from 1 to " + std::to_string(max_kernel_size),
+              std::to_string(kernel_size));
+}
 
 /// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
 /// share the kernels' tiles.
@@ -87,12 +95,27 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     convolution_plan plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+    const auto refuse = [&](const std::string& found) {
+        raise(error_code::mismatch, "plan_convolution", "the result of coarsen() for this graph", found);
+    };
+    if (coarse.parent.size() != g.size())
+        refuse("that of a graph of " + std::to_string(coarse.parent.size()) + " instead of " + std::to_string(g.size()) +
+               " pixels");
+    const graph& half = coarse.topology;
+    if (half.width() != (g.width() + 1) / 2 || half.height() != (g.height() + 1) / 2 || half.size() != coarse.kept.size())
+        refuse("that of another lattice");
+    // `kept` is ascending, so all its pixels exist if the first and the last one do.
+    if (!coarse.kept.empty() && (coarse.kept.front() < 0 || coarse.kept.back() >= g.count())) refuse("that of a larger graph");
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
-        add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
+        const std::int32_t output = coarse.parent[first + odd];
+        if (output < 0 || output > coarse.kept.count() - kept || coarse.kept[output] != first + odd ||
+            coarse.kept[output + kept - 1] != first + odd + 2 * (kept - 1))
+            refuse("that of another graph");
+        add_segment(plan, {output, kept}, rows, odd);
         return true;
     });
     for (std::int32_t o = 0; o < coarse.kept.count(); ++o)
@@ -106,12 +129,21 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 /// fastest.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size; mismatch if `coarse` has the sizes of another graph, or other pixels in the
+/// runs that become segments.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
+    detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 

@@ -34,17 +34,18 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
     return values;
 }
 
-// The functions below compare and select bits instead of floats: loops over them have no branches, so that GCC vectorizes them.
+// quantized() compares and selects bits instead of floats, so that loops that call it have no branches and GCC vectorizes them.
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
-/// Returns the byte of quantize().
+/// Returns the byte to which quantize() converts a value.
 ///
-/// max_size  bits of 256 times the scale
+/// max_size  bits of the float 256 * scale, to which larger magnitudes are clamped
 inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size, std::int32_t zero_point) {
     const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
     const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
     const std::uint32_t size = (std::min)(known, max_size);
-    // If the quotient of two floats is not a half, it differs from one by so much that adding 0.5 does not round across it.
+    // Rounds halves away from zero. The sum with 0.5 never rounds up to the next integer: a quotient of two floats that is not
+    // exactly n + 0.5 differs from it by more than the rounding error of a double.
     const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
     const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
     return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));

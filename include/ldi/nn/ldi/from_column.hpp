@@ -4,7 +4,7 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/columns.hpp>
-#include <ldi/core/layered_image.hpp>
+#include <ldi/core/layered_view.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include <concepts>
 #include <limits>
 #include <string>
+#include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25,7 +26,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
-    const auto column = layers.template column<Column>();
+    const array_view<const typename Column::scalar> column = layered_view<Column>(layers).template column<Column>();
     basic_feature_map<Value> map(layers.size(), Column::channels);
     if constexpr (std::same_as<Value, float>)
         std::transform(column.begin(), column.end(), map.values.begin(),
@@ -39,20 +40,25 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
 /// NaN becomes 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
-/// scale  factor of every value before rounding, for float maps
+/// scale  factor of every value before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
-    if (map.pixels() != layers.size() || map.channels != Column::channels)
+    static_assert(!std::is_enum_v<scalar>, "a number of a map is no enumerator; convert it yourself");
+    const auto column = layers.template column<Column>();
+    if (map.pixels() != layers.size() || map.channels != Column::channels || map.values.size() != column.size())
         raise(error_code::mismatch, "to_column",
               std::to_string(layers.size()) + " pixels of " + std::to_string(Column::channels) + " channels",
-              std::to_string(map.pixels()) + " of " + std::to_string(map.channels));
-    const auto column = layers.template column<Column>();
+              std::to_string(map.values.size()) + " values, " + std::to_string(map.channels) + " per pixel");
+    if constexpr (std::same_as<Value, scalar>)
+        if (scale == 1.0F) {
+            std::copy(map.values.begin(), map.values.end(), column.begin());
+            return;
+        }
     std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
-        if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
-            return value;
-        } else if constexpr (std::integral<scalar>) {
-            // The product of two floats is exact. If it is not a half, adding 0.5 does not round across an integer.
+        if constexpr (std::integral<scalar>) {
+            // A double holds the product of two floats exactly, with 5 bits to spare, so that the sum with 0.5 does not round up
+            // to the next integer.
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();

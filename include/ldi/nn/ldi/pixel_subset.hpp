@@ -50,7 +50,7 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  contains all pixels that the plan's outputs read
+/// inputs  contains all pixels that the plan's outputs read; for 1 x 1 windows with stride 2, also the pixels between them
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
@@ -62,7 +62,7 @@ inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) 
 /// Renumbers a plan for tensors that store only the rows of subsets.
 ///
 /// outputs  contains all outputs of the plan
-/// inputs   contains all pixels of their windows
+/// inputs   as in renumber_inputs()
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     LDI_ASSERT(outputs.row_of.size() == plan.output_count);
     renumber_inputs(plan, inputs);

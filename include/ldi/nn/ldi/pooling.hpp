@@ -1,5 +1,5 @@
 // Pooling: each pixel of the coarser graph combines the fine pixels that collapse to it. On an image these are 2 x 2 pixels. At
-// a silhouette, they are only the pixels that are connected inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do
+// a silhouette, they are only the pixels that links connect inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do
 // not mix.
 #pragma once
 

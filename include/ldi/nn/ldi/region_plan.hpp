@@ -1,5 +1,5 @@
-// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: a window contains every pixel
-// of the region inside its k x k square. Positions outside the region count as missing.
+// Plans convolutions on a region of a single image. Windows ignore links: a window contains every pixel of the region inside
+// its k x k square. Positions outside the region count as missing.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -70,7 +70,7 @@ public:
     }
 
 private:
-    /// Returns the first output whose center is at or after a column.
+    /// Returns the column of the first output whose window has its center at or after an input column.
     std::int32_t output_from(std::int32_t column) const { return (column + plan_.stride - 1) / plan_.stride; }
 
     std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {
@@ -104,12 +104,20 @@ private:
 /// Plans a convolution with stride 1.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for another kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
+    detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 

@@ -1,4 +1,4 @@
-// Weights of a network: it looks tensors up by name, and each lookup checks type and shape.
+// Looks up the weights of a network by name, and checks their types and shapes.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

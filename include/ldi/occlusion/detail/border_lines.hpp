@@ -1,5 +1,5 @@
-// Measures the slopes of a photo's lines at its border, and selects the pixels that its continuation shows
-// (occlusion/past_frame.hpp).
+// Measures the slopes of a photo's lines at its border, and selects the pixels of the photo that its surfaces show again past the
+// border (occlusion/past_frame.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -51,10 +51,11 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, then the sources of its continuation past the border,
-    /// from the inner side of the rim outwards. Sources are the pixels inside the rim, mirrored, and shifted along the border so
-    /// that lines with the given slope continue straight. If the surface ends, the path reverses. Returns the number of pixels
-    /// for the rim: 0 if the surface ends inside the rim.
+    /// Appends the sources of the rim's pixels at the border pixel `start`, from the inner side of the rim outwards, then the
+    /// sources of the `count` pixels by which the surface continues past the border. A source is the pixel whose color a pixel
+    /// shows. The sources follow a path that starts inside the rim and leads inwards, so that they mirror the photo. It shifts
+    /// along the border so that lines with the given slope continue straight, and turns back where the surface ends. Returns the
+    /// number of pixels for the rim: 0 if the surface ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -77,14 +78,14 @@ public:
 
 private:
     static constexpr int depth = 24;              // number of pixels inwards that are measured
-    static constexpr std::ptrdiff_t radius = 16;  // of the averages along the border, in pixels; sums are averaged twice
+    static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
     /// Sums of products of two gradients: inwards, and along the border.
     struct sums {
         float inwards_along = 0, along_along = 0, inwards_inwards = 0;
 
-        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms draw it toward 0: for lines nearly
-        /// parallel to the border, and for noise.
+        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` draw it toward 0: for
+        /// lines nearly parallel to the border, and for noise.
         float slope() const {
             const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
             return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
@@ -142,7 +143,7 @@ private:
     side inwards_, along_;
 };
 
-/// One side of a photo's border, and how surfaces continue past it.
+/// One side of a photo's border, and the length and slope of each surface's continuation past it.
 struct border_side {
     side inwards;
     border_lines lines;

@@ -20,6 +20,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
+/// ends there. Its last pixel is so close behind the other surface that no camera sees a gap between the two.
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -43,7 +45,7 @@ public:
                 for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k) {
                     const discontinuity& d = curve.sides[k];
                     raise_reach(curve.sides[i].back, disparity[d.front] - disparity[d.back]);
-                    f.x += nearest_float(step_x(d.towards_front)), f.y += nearest_float(step_y(d.towards_front));
+                    f.x += nearest_float(step_x(d.toward_front)), f.y += nearest_float(step_y(d.toward_front));
                     f.disparity = (std::max)(f.disparity, disparity[d.front]);
                 }
                 const float length = (std::max)(std::hypot(f.x, f.y), 1e-3F);
@@ -84,7 +86,7 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
+                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
@@ -100,7 +102,8 @@ public:
     }
 
 private:
-    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
+    // Growth is measured from the center of a pixel at the silhouette to the far edge of the last pixel that is at least partly
+    // uncovered. It therefore exceeds the parallax by up to three half pixels.
     static constexpr float half_pixels = 1.5F;
     // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
     // disparities on either side by a few hundredths.
@@ -133,8 +136,9 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free to
-        // be linked, if one exists. The new pixel inherits its origin from the neighbor whose surface may still grow farthest.
+        // As in the paper, the disparity of the new pixel is the average over its neighbors. Its neighbor on each side is the
+        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits its origin from the neighbor
+        // whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -225,7 +229,8 @@ private:
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
         return false;
     }
-    // Whether the surface behind a curve may join a pixel: one of the photo, or behind the same curve, unless curves merge.
+    // Whether the surface behind a curve may join a pixel. It may join any pixel if curves merge, and otherwise only pixels of
+    // the photo and hidden pixels behind the same curve.
     bool may_meet(std::size_t curve, std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
@@ -258,7 +263,8 @@ private:
         return best;
     }
 
-    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the disparity of the nearest front pixel along a curve. Considers only the part of the curve from which the hidden
+    // surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -277,9 +283,10 @@ private:
         return reach;
     }
 
-    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
-    // cannot cross it. It is as long as the surface grows at that end: a surface that grows farther from elsewhere may pass it.
-    // It starts 2 pixels before the curve's end, a value tuned by experiment.
+    // Whether the center of (x, y) lies on the constraint at one of the curve's ends, a line so wide that a step of one pixel
+    // cannot cross it. The line leads from the curve's end behind the front surface. It is as long as the surface grows at that
+    // end: a surface that grows farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the
+    // curve, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -297,7 +304,7 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
+    buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;

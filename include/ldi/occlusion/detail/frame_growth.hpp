@@ -60,7 +60,7 @@ public:
                 const std::int64_t reach = b->reach[i];
                 total += reach;
                 if (b != &left_ && b != &right_) continue;
-                const std::int32_t y = graph_.y()[b->pixels[i]];  // a corner continues in both directions
+                const std::int32_t y = graph_.y()[b->pixels[i]];  // at a corner of the photo, new pixels fill a square
                 total += reach * reach * ((y == 0 ? 1 : 0) + (y == last ? 1 : 0));
             }
         return total;
@@ -104,8 +104,9 @@ private:
     struct line {
         std::int32_t first, last, left, right;
     };
-    /// The start of a column of new pixels above or below the photo: a pixel of the photo's first or last row, or of the row's
-    /// continuation to the left or right.
+    /// A column of `reach` new pixels above or below the photo. It continues a pixel of the photo's first or last row, or of the
+    /// row's continuation to the left or right. `source` is that pixel or, in the continuation, the pixel that it shows. `border`
+    /// is the border pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -132,7 +133,7 @@ private:
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
     }
 
-    /// Sets `lines` to the runs of row y in the order of their continuations.
+    /// Sets `lines` to the runs of row y, in canonical order with their continuations.
     void find_lines(std::int32_t y, buffer<line>& lines) const {
         lines.clear();
         for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
@@ -142,7 +143,7 @@ private:
         });
     }
 
-    /// Lists the pixels of the rim inside a border pixel, with the pixels whose colors they get.
+    /// Lists the rim's pixels from a border pixel inwards, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         path_.clear();
         for (std::int32_t k = b.add_path(pixel, 0, path_); k-- > 0;) {
@@ -180,7 +181,7 @@ private:
 
     /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  for rows below: the new index of each column's start; empty for rows above
+    /// beside  for rows below: the new index of the pixel that each column continues; empty for rows above
     ///
     /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
     /// pixels.

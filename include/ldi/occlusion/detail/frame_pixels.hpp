@@ -66,7 +66,7 @@ public:
             for (std::int32_t i = 0; i < old_.count(); ++i)
                 if (from[i] != no_pixel) result_.set_neighbor(new_index_[i], s, new_index_[from[i]]);
         }
-        return {std::move(result_).build(), std::move(pieces_), origins_};
+        return {std::move(result_).build(unchecked), std::move(pieces_), origins_};
     }
 
     /// Returns the new index of each old pixel.

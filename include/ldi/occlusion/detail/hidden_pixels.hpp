@@ -24,8 +24,8 @@ struct expansion_access {
     }
 };
 
-// Indices below K are pixels of the base layer, pixel (x, y) at y * width + x. Hidden pixels follow in the order in which they
-// were added.
+// Pixels of a base layer, and hidden pixels behind them. Indices below K are pixels of the base: pixel (x, y) has index y * width
+// + x. Hidden pixels follow in the order in which they were added.
 class hidden_pixels {
 public:
     /// base       one layer in the order of the photo; growth adds links to its pixels
@@ -43,7 +43,7 @@ public:
     std::int32_t height() const { return base_.height(); }
     std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
+    /// Index of the visible pixel at (x, y). next_at_position() leads from it to the hidden pixels there, one by one.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -89,12 +89,12 @@ public:
         }
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        const graph topology = std::move(all).build();
+        const graph topology = std::move(all).build(unchecked);
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
-    /// write_disparity() may follow.
+    /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
+    /// here. Only write_disparity() may follow.
     grown_pixels merge() {
         newest_ = {}, older_ = {};
         grown_pixels result;
@@ -119,7 +119,7 @@ public:
             g.set_neighbor(to + p.count - 1, side::right, moved(from.right()[p.first + p.count - 1]));
             to += p.count;
         }
-        result.topology = std::move(g).build();
+        result.topology = std::move(g).build(unchecked);
         result.origins = std::move(origin_);
         base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
@@ -144,7 +144,7 @@ private:
     // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
-                                         0);  // hidden pixels that start a run, counted by row
+                                         0);  // per row: number of hidden pixels that start a run, later their first index
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
             if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
         for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];

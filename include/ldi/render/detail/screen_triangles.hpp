@@ -60,7 +60,7 @@ void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t fi
         for (std::size_t i = 0; i < 3; ++i) {
             const screen_vertex &a = t[i], &b = t[(i + 1) % 3];
             const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-            // Inside, dx (py - ay) - dy (px - ax) > 0, or = 0 on a left or top edge.
+            // A point p is inside if dx (py - ay) - dy (px - ax) > 0, or = 0 on a left or top edge.
             const bool owns_edge = dy < 0 || (dy == 0 && dx > 0);
             const std::int64_t at_zero = dx * (y * one + half - a.y) - dy * (half - a.x) - (owns_edge ? 0 : 1);
             if (dy < 0)
@@ -138,7 +138,7 @@ struct camera_vertex {
     double u, v, opacity;
 };
 
-/// Clips triangles to the safely projectable region and projects them to the screen.
+/// Clips triangles at the near plane and at the guard band, and projects them to the screen.
 class projection {
 public:
     projection(const view& from, std::int32_t samples, float z_near)

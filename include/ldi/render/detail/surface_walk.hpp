@@ -1,6 +1,6 @@
 // Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
 // find which surfaces at neighboring pixels are connected. Uses integer arithmetic and the rasterizer's edge rule, so that both
-// agree.
+// assign a sample to the same triangle.
 #pragma once
 
 #include <ldi/core/graph.hpp>
@@ -50,7 +50,8 @@ public:
 
         screen_triangle t = squares_.triangle(from.pixel, from.outer);
         const bool faces_us = signed_area(t) > 0;
-        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge runs left.
+        // A path to the right leaves a clockwise triangle through the edge that crosses the line downward. A path down leaves it
+        // through the edge that crosses the line to the left.
         std::size_t exit = 3;
         for (std::size_t e = 0; e < 3; ++e)
             if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;

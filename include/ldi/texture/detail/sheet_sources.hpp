@@ -22,7 +22,8 @@ enum class sheet_source : std::uint8_t {
     cleaned,  ///< photo color, with the neighboring surface's share removed
 };
 
-/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Coordinates start at the padding.
+/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Pixel (0, 0) is the top left corner of
+/// the padding.
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
@@ -92,7 +93,7 @@ private:
     /// Changes the source from `photo` to `cleaned` for pixels within `guarded` rows and columns of a pixel with another
     /// source. Searches along rows, then along columns.
     void guard_borders() {
-        // 1 if a pixel of the row within `guarded` columns does not show the photo
+        // 1 if the row has a pixel within `guarded` columns whose source is not the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)

@@ -6,8 +6,8 @@
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
 //     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
-//     load_weights(from)
-//     add_products(sums, inputs, weights)
+//     load_weights(from)                              loads a group's weights for `width` outputs
+//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {

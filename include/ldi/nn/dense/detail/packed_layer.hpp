@@ -45,7 +45,7 @@ struct packed_layer {
 
 /// Packs an operator that has passed check_network().
 ///
-/// values, channels  one per tensor
+/// values, channels  quantization and number of channels of each tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};

@@ -1,6 +1,7 @@
-// Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
-// keep only the rows that the next layer still needs. The rings stay in the processor's caches, so the tensors inside the
-// network's blocks, with 6 to 15 times as many channels as the tensors between them, never reach memory.
+// Runs consecutive layers as one chain. Each task computes a strip, some consecutive rows of the last layer's result, a few rows
+// per step. Ring buffers between the layers keep only the rows that the next layer still needs, and stay in the processor's
+// caches. The tensors inside the network's inverted residual blocks, with 6 to 15 times as many channels as the tensors between
+// the blocks, therefore never reach memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,7 +30,7 @@ struct chain_stage {
     const packed_layer* layer = nullptr;
     tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
     std::size_t input_channels = 0;
-    std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
+    std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
     bool chain_is_second = false;  ///< addition only: the chain computes the second operand
     std::size_t rows = 0;          ///< rows computed per step
@@ -47,7 +48,7 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Vertical enlargement by a resize, on its own or fused with a depthwise convolution.
+    /// Factor by which the stage enlarges its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
@@ -100,7 +101,7 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 /// Addresses of a tensor's rows. The rows of `middle` are read from the tensor itself. The rows before and after them are read
 /// from copies, because other strips may overwrite the originals.
 struct row_source {
-    /// addresses of row 0, of row middle.first - reach, and of row middle.end - reach
+    /// addresses of row 0 of the tensor, and of the copies of rows middle.first - reach and middle.end - reach
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
     std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
@@ -146,7 +147,7 @@ private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
         std::size_t made = 0;         // rows before this one are computed
-        std::size_t next_padded = 0;  // rows of the input before this one are copied
+        std::size_t next_padded = 0;  // rows of the input before this one are copied to `padded`
     };
 
     /// Computes the missing rows of a stage before row `end`, and first the rows of earlier stages that they depend on.

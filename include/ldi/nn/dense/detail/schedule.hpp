@@ -67,7 +67,7 @@ inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) 
     return steps;
 }
 
-/// Groups layers into chains. Tensors inside a chain do not occupy memory of their own (row_chain.hpp).
+/// Groups layers into chains. Tensors inside a chain are never stored as a whole (row_chain.hpp).
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -96,7 +96,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
 /// Lists the tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
-    std::size_t brought = step.input;
+    std::size_t brought = step.input;  // the chain passes this tensor to the layer, as one of its inputs
     for (std::size_t layer : step.layers) {
         bool is_brought = false;
         for (std::size_t t : layers[layer].inputs) {
@@ -118,10 +118,10 @@ struct planned_step {
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< per tensor: offset of its block; meaningless inside a chain
+    buffer<std::size_t> offsets;   ///< per tensor: offset of its block; meaningless for tensors inside a chain
     std::size_t tensor_bytes = 0;  ///< memory of all stored tensors, which share blocks
-    std::size_t strip_bytes = 0;   ///< working memory of one strip
-    std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
+    std::size_t strip_bytes = 0;   ///< working memory of one strip (row_chain.hpp)
+    std::size_t cut_bytes = 0;     ///< bytes of the copied rows around one cut between strips
 };
 
 inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const schedule_step& step,
@@ -165,7 +165,8 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites input rows soon after reading them, so only the addition may read them a second time.
+    // The chain overwrites an input row soon after its first layer has read it. Apart from this layer, only the addition at the
+    // end may read the row, just before it is overwritten.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
@@ -201,7 +202,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
 
 /// Plans the chains and the memory for one input size.
 ///
-/// sizes, channels  one per tensor
+/// sizes, channels  size and number of channels of each tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {

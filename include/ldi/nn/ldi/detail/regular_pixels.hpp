@@ -16,7 +16,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// division by 64, which is slower for signed numbers.
 class pixel_bits {
 public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before and two after
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before, at least one after
 
     std::int32_t word_count() const { return words_.count() - 2; }
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
@@ -102,25 +102,31 @@ struct link_strips {
     explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
 };
 
-/// A pixel is regular if it has a spine and ribs. With r = kernel_size / 2, the spine consists of r pixels straight up and r
-/// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
-/// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
+/// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
+/// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
+/// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
+/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs, whatever
+/// other links exist.
 ///
-/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path
-/// is shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
-/// order, each with the pixel of its rib: elements above the center, topmost first; elements below it, bottommost first; then
-/// (-d, 0) and (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x =
-/// 0, its only neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib.
-/// Otherwise it has two neighbors in round d: one on the same rib, closer to the spine, and (x, y -+ 1) in the row closer to
-/// the center. The former is farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link
-/// along the rib exists: (x, y) gets the pixel of the rib. Hence each element is reached from the previous element of its spine
-/// or rib. Elements of one row keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1
-/// begins with the topmost or bottommost element; its other neighbors are in its own row and follow. This is the claimed order
-/// of round d + 1.
+/// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
+/// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
+/// round |x| + |y|. Claim: in each round d, every element gets the pixel of its rib, and the elements are reached in this order:
+/// those above the center, topmost row first; those below it, bottommost row first; then (-d, 0) and (d, 0). Round 0 satisfies
+/// the claim. Suppose round d does, and consider an element (x, y) of round d + 1.
 ///
-/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular
-/// pixels are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all
-/// irregular windows.
+/// If x = 0, its only neighbor in round d is the next pixel of the spine toward the center. If y = 0, its only neighbor in round
+/// d is the next pixel of the rib toward the center. Otherwise it has two neighbors in round d: A on the same rib, closer to the
+/// spine, and B in the row closer to the center. A is in a row farther from the center than B, so exploration processes A first.
+/// The link from A along the rib exists, so (x, y) gets the pixel of the rib.
+///
+/// Each element is thus reached from the previous element of its spine or rib. Elements of one row are reached in the order of
+/// these predecessors. For d <= r, the first element of round d above the center is on the spine. Exploration follows its link
+/// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
+/// same holds below the center. This is the claimed order.
+///
+/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
+/// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
+/// windows.
 class regular_pixels {
 public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
@@ -142,7 +148,7 @@ public:
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
     /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
-    /// of the run's first pixel, kernel_size pixels. Pixels for which `visit` returns false become irregular.
+    /// of the run's first pixel, kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -176,7 +182,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Clears the bits in `regular_` of pixels without a full spine toward one side, or with an incomplete rib on it.
+    /// Clears the bits in `regular_` of pixels whose half spine toward one side, up or down, is incomplete or has an incomplete
+    /// rib. Clears the bits in `goes_on_` of pixels whose half spine is not adjacent in memory to the next
+    /// pixel's.
     ///
     /// strips  links toward that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
@@ -200,7 +208,7 @@ private:
 private:
     std::int32_t radius_;
     graph_view g_;
-    pixel_bits regular_, goes_on_;
+    pixel_bits regular_, goes_on_;  // goes_on_: each pixel of the spine is adjacent in memory to that of the next pixel's spine
 };
 
 }}}  // namespace ldi::detail

@@ -12,7 +12,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct discontinuity {
     std::int32_t back;   ///< pixel on the far side
     std::int32_t front;  ///< pixel on the near side
-    side towards_front;  ///< direction from `back` to `front`
+    side toward_front;   ///< direction from `back` to `front`
 };
 
 }}  // namespace ldi

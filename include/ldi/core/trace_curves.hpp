@@ -2,9 +2,9 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/core/discontinuity.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/surface.hpp>
-#include <ldi/depth/discontinuity.hpp>
 
 #include <array>
 #include <cstddef>
@@ -13,19 +13,20 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
-// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
+// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each direction in which a discontinuity leaves the
+// corner.
 class corner_map {
 public:
     corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
         present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
     }
 
-    void add(std::int32_t corner, side towards) {
+    void add(std::int32_t corner, side toward) {
         if (present_[corner] == 0) used_.push_back(corner);
-        present_[corner] |= bit(towards);
-        const std::int32_t other = next(corner, towards);
+        present_[corner] |= bit(toward);
+        const std::int32_t other = next(corner, toward);
         if (present_[other] == 0) used_.push_back(other);
-        present_[other] |= bit(opposite(towards));
+        present_[other] |= bit(opposite(toward));
         ++side_count_;
     }
 
@@ -36,8 +37,8 @@ public:
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
-    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
-    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
+    std::int32_t next(std::int32_t c, side toward) const { return c + step_x(toward) + step_y(toward) * stride_; }
+    bool has(std::int32_t c, side toward) const { return (present_[c] & bit(toward)) != 0; }
     bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
     bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
     int degree(std::int32_t c) const {
@@ -45,10 +46,10 @@ public:
         for (side s : all_sides) count += has(c, s) ? 1 : 0;
         return count;
     }
-    void remove(std::int32_t c, side towards) {
-        LDI_ASSERT(has(c, towards));
-        present_[c] ^= bit(towards);
-        present_[next(c, towards)] ^= bit(opposite(towards));
+    void remove(std::int32_t c, side toward) {
+        LDI_ASSERT(has(c, toward));
+        present_[c] ^= bit(toward);
+        present_[next(c, toward)] ^= bit(opposite(toward));
         --side_count_;
     }
 
@@ -92,15 +93,15 @@ public:
             if (all_.degree(end) != 1 || all_.on_border(end)) continue;
             spur.clear();
             std::int32_t corner = end;
-            side towards = side::left;
+            side toward = side::left;
             for (side s : all_sides)
-                if (all_.has(corner, s)) towards = s;
+                if (all_.has(corner, s)) toward = s;
             bool runs_on = true;
             while (runs_on && spur.size() < min_length) {
-                spur.emplace_back(corner, towards);
-                corner = all_.next(corner, towards);
+                spur.emplace_back(corner, toward);
+                corner = all_.next(corner, toward);
                 runs_on = !ends_curves(corner);
-                if (runs_on) towards = onward(corner, opposite(towards));
+                if (runs_on) toward = onward(corner, opposite(toward));
             }
             if (spur.size() < min_length && all_.degree(corner) > 2)
                 for (const auto& [from, s] : spur) all_.remove(from, s);
@@ -159,28 +160,27 @@ private:
         return falling ? side::right : side::left;
     }
 
-    trace follow(corner_map& left, std::int32_t corner, side towards) const {
+    trace follow(corner_map& left, std::int32_t corner, side toward) const {
         trace t;
         t.corners.push_back(corner);
         while (true) {
-            t.sides.push_back(discontinuity_between(corner, towards));
-            left.remove(corner, towards);
-            corner = all_.next(corner, towards);
+            t.sides.push_back(discontinuity_between(corner, toward));
+            left.remove(corner, toward);
+            corner = all_.next(corner, toward);
             t.corners.push_back(corner);
             if (ends_curves(corner)) return t;
-            towards = onward(corner, opposite(towards));
-            if (!left.has(corner, towards)) {  // back at the start of a closed curve
+            toward = onward(corner, opposite(toward));
+            if (!left.has(corner, toward)) {  // back at the start of a closed curve
                 t.is_closed = true;
                 return t;
             }
         }
     }
 
-    // Returns the two pixels on either side of the lattice edge that leaves `corner`.
-    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
-        const bool vertical = towards == side::up || towards == side::down;
-        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
-                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
+    // Returns the two pixels that share the pixel side from `corner` to the next corner in direction `toward`.
+    discontinuity discontinuity_between(std::int32_t corner, side toward) const {
+        const bool vertical = toward == side::up || toward == side::down;
+        const std::int32_t x = all_.x(corner) - (toward == side::left ? 1 : 0), y = all_.y(corner) - (toward == side::up ? 1 : 0);
         const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
         const side first_to_second = vertical ? side::right : side::down;
         if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
