@@ -7,6 +7,7 @@
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/occlusion/detail/front_lookup.hpp>
 #include <ldi/occlusion/detail/hidden_pixels.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 
@@ -30,29 +31,32 @@ public:
           surface_(surface),
           curves_(curves),
           merges_curves_(merges_curves),
-          reach_(disparity.size(), 0.0F),
-          fronts_(disparity.size(), front_there{}) {
+          reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        pixels_per_disparity_ = pixels_per_disparity, margin_ = margin;
+        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity);
+        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity, margin,
+                               (std::max)(min_front_range, static_cast<std::int32_t>(range)));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
         };
         for (const discontinuity_curve& curve : curves) {
             const std::int32_t last = curve.sides.count() - 1;
             for (std::int32_t i = 0; i <= last; ++i) {
-                front_there f{};
+                const std::int32_t back = curve.sides[i].back;
+                front_place f{pixels_.x(back), pixels_.y(back), 0.0F, 0.0F, disparity[curve.sides[i].front]};
                 for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k) {
                     const discontinuity& d = curve.sides[k];
-                    raise_reach(curve.sides[i].back, disparity[d.front] - disparity[d.back]);
-                    f.x += nearest_float(step_x(d.toward_front)), f.y += nearest_float(step_y(d.toward_front));
+                    raise_reach(back, disparity[d.front] - disparity[d.back]);
+                    f.toward_x += nearest_float(step_x(d.toward_front)), f.toward_y += nearest_float(step_y(d.toward_front));
                     f.disparity = (std::max)(f.disparity, disparity[d.front]);
                 }
-                const float length = (std::max)(std::hypot(f.x, f.y), 1e-3F);
-                f.x /= length, f.y /= length;
-                fronts_[curve.sides[i].back] = f;
+                const float length = (std::max)(vector_length(f.toward_x, f.toward_y), 1e-3F);
+                f.toward_x /= length, f.toward_y /= length;
+                fronts_.add(f);
             }
         }
+        fronts_.sort();
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
                 // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
@@ -112,15 +116,12 @@ private:
     // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
+    // Minimum distance in pixels up to which fronts around a hidden pixel are considered (front_lookup).
+    static constexpr std::int32_t min_front_range = 12;
+
     struct front_pixel {
         std::size_t curve;
         std::int32_t pixel;
-    };
-
-    // The front surface beside a visible pixel behind a curve, over the sides of the curve within `smoothing`.
-    struct front_there {
-        float x = 0.0F, y = 0.0F;  // mean direction towards the front, of length 1
-        float disparity = 0.0F;    // of the nearest front; 0 if the pixel is not behind a curve
     };
 
     // The last pixel of a surface that ends at another hidden surface, and the nearer pixel of the other surface beside it.
@@ -161,7 +162,7 @@ private:
         const float created = is_last ? nearest - seal_gap * surface_.max_step : average;
         if (lies_on_another(curve, position, created)) return;
         if (!may_link(created, source)) return;
-        if (is_last && !is_uncovered(x, y, created)) return;
+        if (is_last && !fronts_.uncovers(x, y, created)) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         if (!merges_curves_) curve_of_.push_back(curve);
         for (int i = 0; i < 4; ++i)
@@ -205,22 +206,6 @@ private:
             if (const std::int32_t n = pixels_.neighbor(s.pixel, t); n != no_pixel)
                 moved = (std::min)(moved, pixels_.disparity(n) + max_link * surface_.max_step);
         if (moved > before) pixels_.set_disparity(s.pixel, moved);
-    }
-
-    // Whether a camera may see a hidden pixel at (x, y) past the front of a curve. It does not see pixels beneath the back's side
-    // of the curve: there, the front hides them from it.
-    bool is_uncovered(std::int32_t x, std::int32_t y, float disparity) const {
-        const std::int32_t reach =
-            (std::max)(12, static_cast<std::int32_t>(std::ceil(margin_ + 2.0F * surface_.max_step * pixels_per_disparity_)));
-        for (std::int32_t v = (std::max)(y - reach, 0); v <= (std::min)(y + reach, pixels_.height() - 1); ++v)
-            for (std::int32_t u = (std::max)(x - reach, 0); u <= (std::min)(x + reach, pixels_.width() - 1); ++u) {
-                const front_there& f = fronts_[pixels_.position(u, v)];
-                if (!(f.disparity > 0.0F)) continue;
-                const float dx = nearest_float(x - u), dy = nearest_float(y - v);
-                const float uncovered = (f.disparity - disparity) * pixels_per_disparity_ + margin_;
-                if (std::hypot(dx, dy) <= uncovered && dx * f.x + dy * f.y >= -1.0F) return true;
-            }
-        return false;
     }
 
     // Whether another hidden surface lies at this disparity, within the threshold: it then closes the gap.
@@ -308,11 +293,9 @@ private:
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    buffer<front_there> fronts_;         // per visible pixel: the front beside it
-    float pixels_per_disparity_ = 0.0F;  // parallax in pixels of a disparity of 1
-    float margin_ = 0.0F;                // pixels by which surfaces grow beyond the parallax
-    buffer<seal> seals_;                 // ends of surfaces, closed by merge()
-    buffer<std::size_t> curve_of_;       // per hidden pixel: the curve that it grew behind; empty if curves merge
+    front_lookup fronts_;
+    buffer<seal> seals_;            // ends of surfaces, closed by merge()
+    buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
 };
 
 }}}  // namespace ldi::detail
