@@ -30,7 +30,7 @@ struct arguments {
     std::int32_t picture_side = 1000;
     std::size_t geometry_size = ldi::photo3d_options().long_side, max_crops = 3;
     float motion = ldi::expand_options().motion;
-    bool soft_edges = true, prints_holes = false;
+    bool soft_edges = true, crops_frame = false, prints_holes = false;
 };
 
 /// Crops the pixels around a hole, enlarged fourfold, over magenta.
@@ -71,6 +71,7 @@ void run(const arguments& a) {
     ldi::photo3d_options options;
     options.long_side = a.geometry_size;
     options.expand.motion = a.motion;
+    if (a.crops_frame) options.frame = ldi::photo_frame::crop;
     if (!a.soft_edges) options.mesh.soft_edges.min_width = 0;
     std::printf(
         "| photo | views with holes | uncovered pixels, worst view | largest hole | holes | triangles | hidden pixels | ms |\n"
@@ -118,6 +119,7 @@ int main(int count, char** values) {
     app.add_option("--geometry-size", a.geometry_size, "as of photo3d")->capture_default_str();
     app.add_option("--motion", a.motion, "as of photo3d")->capture_default_str();
     app.add_flag("!--no-soft-edges", a.soft_edges, "as of photo3d");
+    app.add_flag("--crop-frame", a.crops_frame, "surfaces end at the photo's border (photo3d --frame crop)");
     app.add_flag("--each", a.prints_holes, "also prints every hole");
     CLI11_PARSE(app, count, values);
     try {

@@ -95,7 +95,7 @@ TEST_CASE(
     "a 3D photo states which limits its depth exceeds: noise that of silhouettes, stairs that of hidden surfaces, a ramp "
     "neither") {
     constexpr double motion = double{ldi::expand_options().motion};
-    const cost noise = cost_of("noise", 128, 128, 1), stairs = cost_of("stairs", 256, 256, 3),
+    const cost noise = cost_of("noise", 128, 128, 1), stairs = cost_of("stairs", 256, 256, 2),
                ramp = cost_of("ramp", 128, 128, 1);
     CHECK(noise.dropped_sides > ldi::curve_options().max_density * noise.pixels);
     CHECK(stairs.motion < 0.9 * motion);
