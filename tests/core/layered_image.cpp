@@ -466,9 +466,10 @@ TEST_CASE("edit_links() refuses links that would break the topology, and leaves 
 }
 
 TEST_CASE("a column that would exceed the address space is refused, even if its length overflows to a small number") {
-    const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / (3 * sizeof(float));
-    CHECK(detail::scalar_count<normal_column>(limit) == 3 * limit);
-    for (const std::size_t pixels : {limit + 1, static_cast<std::size_t>(-1) / 3 + 1, static_cast<std::size_t>(-1)})
+    constexpr std::size_t channels = normal_column::channels;
+    const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / (channels * sizeof(normal_column::scalar));
+    CHECK(detail::scalar_count<normal_column>(limit) == channels * limit);
+    for (const std::size_t pixels : {limit + 1, static_cast<std::size_t>(-1) / channels + 1, static_cast<std::size_t>(-1)})
         CHECK_THROWS_AS(detail::scalar_count<normal_column>(pixels), error);
 }
 
