@@ -13,6 +13,8 @@ TEST_CASE("an error message states the place, what was expected, what was found,
     CHECK(std::string(error(details).what()) == to_string(details));
 }
 
+static_assert(std::is_nothrow_copy_constructible_v<error>, "catching an error by value needs no memory");
+
 TEST_CASE("raise() throws an error with its code, place, expectation and finding") {
     try {
         raise(error_code::mismatch, "lift", "640 x 480", "480 x 640");

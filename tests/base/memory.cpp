@@ -34,6 +34,11 @@ bool equal(const buffer<T>& a, const std::vector<T>& b) {
 
 static_assert(std::is_constructible_v<memory_scope, const memory&>);
 static_assert(!std::is_constructible_v<memory_scope, memory>, "the scope would keep the address of a temporary");
+template <class Scope>
+concept outlives_its_block = requires(const memory& from) {
+    new Scope(from);
+};
+static_assert(!outlives_its_block<memory_scope>, "scopes end in reverse order");
 
 }  // namespace
 
@@ -122,6 +127,23 @@ TEST_CASE("a buffer allocates from the current memory scope, and returns its mem
     CHECK(inner.blocks == 1);
     std::thread([&] { kept = {}; }).join();
     CHECK((inner.blocks == 0 && inner.bytes == 0));
+}
+
+TEST_CASE("a buffer whose first allocation fails takes its memory from the allocator that is current at the next one") {
+    testing::counted_memory later;
+    buffer<int> values;
+    {
+        testing::counted_memory full;
+        full.most = 0;
+        const memory_scope scope(full.source);
+        CHECK_THROWS_AS(values.resize(10), std::bad_alloc);
+        CHECK_THROWS_AS(values.resize(static_cast<std::size_t>(-1) / 2), error);
+    }
+    const memory_scope scope(later.source);
+    values.resize(10);
+    CHECK(later.blocks == 1);
+    values = {};
+    CHECK(later.blocks == 0);
 }
 
 TEST_CASE("a buffer that cannot grow throws and keeps its values") {

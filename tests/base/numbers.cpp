@@ -90,7 +90,7 @@ bool is_exact(float a, float b, float c) {
 TEST_CASE("fused_multiply_add() matches glibc's std::fma() near ties, for subnormal results and for infinities") {
     std::mt19937 random(4);
     std::size_t wrong = 0;
-    const auto check = [&](float a, float b, float c) { wrong += is_exact(a, b, c) ? 0 : 1; };
+    const auto check = [&](float a, float b, float c) { wrong += is_exact(a, b, c) ? std::size_t{0} : std::size_t{1}; };
     const auto any = [&] { return float_of(static_cast<std::uint32_t>(random())); };
     for (int i = 0; i < 300000; ++i) check(any(), any(), any());
     // Sums on the midpoint between two floats, or so close to it that a double cannot represent the difference.

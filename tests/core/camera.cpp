@@ -51,6 +51,11 @@ TEST_CASE("the camera of a layered image includes the margin, which is neither n
         facts.margin = margin;
         CHECK_THROWS_AS(facts.layers_camera(), error);
     }
+    facts.margin = 1;
+    for (const pinhole_camera& camera : {pinhole_camera{0x7FFFFFFF, 480, 500.0F}, pinhole_camera{640, 0x7FFFFFFE, 500.0F}}) {
+        facts.camera = camera;
+        CHECK_THROWS_AS(facts.layers_camera(), error);
+    }
 }
 
 TEST_CASE("a 35 mm equivalent focal length is converted by the ratio of the diagonals") {

@@ -91,6 +91,12 @@ TEST_CASE("coarsening an image keeps every second pixel of every second row") {
     }
 }
 
+TEST_CASE("the widest lattice has a coarser level") {
+    const graph widest = graph_builder(0x7FFFFFFF, 1).build();
+    const coarsened result = coarsen(widest, orphan_rule::adopt_nearest);
+    CHECK((result.topology.width() == 1 << 30 && result.topology.height() == 1 && result.topology.size() == 0));
+}
+
 TEST_CASE("inside a group, a direct link to a corner pixel is preferred, then the path up and left, then left and up") {
     testing::sketched_graph g(2, 2);
     const std::int32_t first_corner = g.add_pixel(0, 0), second_corner = g.add_pixel(0, 0);

@@ -1,3 +1,4 @@
+#include <ldi/base/array_view.hpp>
 #include <ldi/core/image.hpp>
 
 #include <catch2/catch.hpp>
@@ -27,6 +28,25 @@ concept shows_temporary_values = requires(Image&& i) {
 }
 || requires(Image&& i) { std::move(i).row(0); };
 static_assert(!shows_temporary_values<image<float>> && !shows_temporary_values<const image<float>>);
+static_assert(!std::is_constructible_v<image<float>, int, int, float>, "a value such as 0.5 is not a number of channels");
+static_assert(std::is_constructible_v<image<float>, int, int, int> &&
+              std::is_constructible_v<image<float>, int, int, int, float>);
+
+struct point {
+    int x;
+};
+struct named_point : point {
+    int name;
+};
+template <class View, std::size_t... sizes>
+concept views_literal_zero = requires {
+    View(0, sizes...);
+};
+static_assert(!views_literal_zero<array_view<const float>, 3> && !views_literal_zero<image_view<const float>, 3, 4>);
+static_assert(!std::is_constructible_v<array_view<const point>, named_point*, std::size_t>,
+              "points would be read at wrong places");
+static_assert(!std::is_constructible_v<image_view<const point>, named_point*, std::size_t, std::size_t>);
+static_assert(std::is_constructible_v<array_view<const point>, point*, std::size_t>);
 
 TEST_CASE("an image has the height, width and channels it was created with, one channel by default") {
     const image<float> picture(3, 5, 2);

@@ -460,7 +460,17 @@ TEST_CASE("edit_links() refuses links that would break the topology, and leaves 
     CHECK(is_refused([](link_editor& links) { links.link(-1, side::right, 0); }));  // no such pixel
     CHECK(is_refused([](link_editor& links) { links.unlink(-1, side::right); }));
     CHECK(is_refused([](link_editor& links) { links.unlink(6, side::up); }));
+    CHECK(is_refused([](link_editor& links) { links.unlink(0, static_cast<side>(7)); }));  // no such side
+    CHECK(is_refused([](link_editor& links) { links.link(0, static_cast<side>(4), 1); }));
     CHECK_NOTHROW(layers.edit_links([](link_editor& links) { links.unlink(0, side::right), links.link(0, side::right, 1); }));
+}
+
+TEST_CASE("a column that would exceed the address space is refused, even if its length overflows to a small number") {
+    constexpr std::size_t channels = normal_column::channels;
+    const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / (channels * sizeof(normal_column::scalar));
+    CHECK(detail::scalar_count<normal_column>(limit) == channels * limit);
+    for (const std::size_t pixels : {limit + 1, static_cast<std::size_t>(-1) / channels + 1, static_cast<std::size_t>(-1)})
+        CHECK_THROWS_AS(detail::scalar_count<normal_column>(pixels), error);
 }
 
 TEST_CASE("grow() refuses pieces that skip, repeat or exceed pixels, and origins out of range") {

@@ -38,6 +38,21 @@ TEST_CASE("a region that was moved from is empty, and accepts rows again") {
     CHECK(region.number(5, 0) == no_pixel);
 }
 
+TEST_CASE("a region of 2^31 pixels or more is refused, and the widest region can be halved") {
+    pixel_region region(1 << 30);
+    region.add_run(0, 1 << 30), region.end_row();
+    region.add_run(0, (1 << 30) - 1), region.end_row();
+    CHECK(region.count() == 0x7FFFFFFF);
+    CHECK_THROWS_AS(region.add_run(3, 4), error);
+    CHECK(region.count() == 0x7FFFFFFF);
+
+    pixel_region row(0x7FFFFFFF);
+    row.add_run(0x7FFFFFFE, 0x7FFFFFFF), row.end_row();
+    const pixel_region half = halved(row);
+    CHECK(half.width() == 1 << 30);
+    CHECK(half.number((1 << 30) - 1, 0) == 0);
+}
+
 TEST_CASE("a halved region has the pixels with even coordinates, which are the parents of their 2 x 2 blocks") {
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 2}, {2, 1}, {8, 8}, {7, 10}, {9, 5}})
         for (std::uint32_t seed = 0; seed < 10; ++seed) {

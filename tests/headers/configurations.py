@@ -17,7 +17,8 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SETTINGS = {"plain": ["-O1"], "without_exceptions": ["-O1", "-fno-exceptions"], "ndebug": ["-O1", "-DNDEBUG"],
             "own_assert": ["-O1", "-DLDI_ASSERT(condition)=static_cast<void>(condition)"],
-            "standard": ["-O1", "-DLDI_STANDARD_ONLY"]}
+            "standard": ["-O1", "-DLDI_STANDARD_ONLY"], "without_rtti": ["-O1", "-fno-rtti"],
+            "finite_math": ["-O1", "-ffinite-math-only"]}
 if platform.machine() in ("x86_64", "AMD64"):
     SETTINGS |= {"avx2": ["-O3", "-mavx2"], "avx2_fma": ["-O3", "-mavx2", "-mfma"], "sse4": ["-O3", "-msse4.2"]}
 
@@ -47,14 +48,15 @@ def configuration(*flags):
     return done.stdout.split()[-1]
 
 
-# Every flag that permits instructions which some processors lack, or different rounding, changes the namespace's name.
+# Every flag that permits instructions which some processors lack, changes rounding, or removes parts of types changes the namespace's name.
+for flag in ("-ffast-math", "-ffinite-math-only", "-fno-rtti", "-fno-exceptions", "-DNDEBUG"):
+    if configuration(flag) == configuration():
+        sys.exit(f"{flag} does not change the name of the namespace")
 if platform.machine() in ("x86_64", "AMD64"):
     for flag in ("sse3", "ssse3", "sse4.1", "sse4.2", "popcnt", "avx", "avx2", "fma", "bmi", "bmi2", "lzcnt", "avx512f", "avx512vl",
                  "avx512vbmi", "avx512vnni"):
         if configuration(f"-m{flag}") == configuration():
             sys.exit(f"-m{flag} does not change the name of the namespace")
-    if configuration("-ffast-math") == configuration():
-        sys.exit("-ffast-math does not change the name of the namespace")
 
 with ThreadPoolExecutor(2) as pool:
     units = dict(zip(SETTINGS, pool.map(compile_unit, SETTINGS)))

@@ -5,6 +5,7 @@
 """
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -53,6 +54,7 @@ endfunction()
 """
 
 folder, compiler = Path(sys.argv[2]), sys.argv[3]
+os.environ["CMAKE_GENERATOR"] = "Ninja"  # make may not be installed
 shutil.rmtree(folder, ignore_errors=True)
 folder.mkdir(parents=True)
 

@@ -46,6 +46,7 @@ const files = {
     "/poster.jpg": readFileSync(join(top, "out/embed/sample.poster.jpg")),
     "/feed.html": feedOf(element),
     "/flat.html": feedOf(flat),
+    "/stuck.html": feedOf((i) => element(i).replace("/feed.glb?0", "/silent.glb")),
     "/one.html": pageAround(`<div id="place" style="width: 300px; background: rgb(0, 255, 0)"></div>`),
     ...Object.fromEntries(Object.entries(hostile).map(([name, bytes]) => [`/${name}.glb`, bytes])),
 };
@@ -54,6 +55,7 @@ const asked = [];
 const server = createServer((request, response) => {
     const path = decodeURIComponent(request.url.split("?")[0]);
     asked.push(path);
+    if (path === "/silent.glb") return; // never answers
     let body = files[path];
     if (path.startsWith("/gallery/")) {
         try {
@@ -282,6 +284,35 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         await waitForRest(page);
         const up = await reach();
         assert.ok(up.up > 0.15 && up.forward > 0.25, JSON.stringify(up));
+    });
+
+    await test("photos load even if one leaves the window before it is drawn", async (page) => {
+        await page.evaluateOnNewDocument(() => {
+            const { requestAnimationFrame } = window;
+            const held = [];
+            window.requestAnimationFrame = (callback) => held.push(callback); // so that no photo is drawn
+            window.drawAgain = () => {
+                window.requestAnimationFrame = requestAnimationFrame;
+                held.forEach((callback) => requestAnimationFrame(callback));
+            };
+        });
+        await open(page, "/feed.html", sizes.desktop);
+        await page.waitForFunction(() => document.querySelector("photo-3d").canvas?.hidden === false, { polling: 100 });
+        assert.equal(await page.evaluate(() => document.querySelector("photo-3d").complete), false);
+        await page.evaluate(() => document.querySelectorAll("photo-3d")[20].scrollIntoView({ block: "center" }));
+        await page.waitForFunction(() => document.querySelector("photo-3d").canvas.hidden, { polling: 100 }); // the first photo is released
+        await page.evaluate(() => window.drawAgain());
+        await page.waitForFunction(() => document.querySelectorAll("photo-3d")[20].complete, { timeout: 30_000 });
+        await page.evaluate(() => scrollTo(0, 0));
+        await page.waitForFunction(() => document.querySelector("photo-3d").complete, { timeout: 30_000 });
+    });
+
+    await test("photos load even if a server never delivers one of them", async (page) => {
+        await open(page, "/stuck.html", sizes.desktop);
+        await page.evaluate(() => scrollTo(0, 500));
+        await page.waitForFunction(() => document.querySelectorAll("photo-3d")[1].complete, { timeout: 30_000 });
+        assert.ok(asked.includes("/silent.glb"));
+        assert.equal(await page.evaluate(() => document.querySelector("photo-3d").complete), false);
     });
 
     await test("axe reports no violation", async (page) => {

@@ -45,6 +45,8 @@ export class Photo3D extends Base {
     /** The current or last load; a new load replaces it. @type {{source: string | null, abort: AbortController} | null} */
     #load = null;
     #swayedSource = "";
+    /** Tells #show() that the photo has left the window. */
+    #left = () => {};
     #isOver = false;
     #coverChoice = null;
     #quiet = 0;
@@ -93,7 +95,8 @@ export class Photo3D extends Base {
         stopListeningToTilt(this.#tilted);
         document.removeEventListener("fullscreenchange", this.#fullscreenChanged);
         removeEventListener("keydown", this.#pressed);
-        this.#view.isInSight = this.#isNear = false;
+        this.#sightChanged(false, 0);
+        this.#isNear = false;
         stage.remove(this.#view);
         this.#release();
     }
@@ -233,7 +236,7 @@ export class Photo3D extends Base {
     #sightChanged(isInSight, share) {
         if (isInSight && !this.#view.isInSight) this.#view.needsDrawing = true;
         this.#view.isInSight = isInSight;
-        if (!isInSight) return;
+        if (!isInSight) return this.#left();
         this.#follow();
         stage.request();
         if (share >= 0.5 && this.complete) this.#offerHint();
@@ -293,6 +296,7 @@ export class Photo3D extends Base {
             const photo = await readPhoto(await fetchGlb(source, signal));
             if (signal.aborted) return disposeOf(photo);
             await this.#show(photo);
+            if (signal.aborted) return;
             if (source === this.#swayedSource) this.#motion.reset(); // a photo that returns into view does not sway again
             this.#swayedSource = source;
         } catch (failure) {
@@ -306,7 +310,11 @@ export class Photo3D extends Base {
         this.dispatchEvent(new ErrorEvent("error", { error, message: error.message }));
     }
 
-    /** @param {import("./photo.js").Photo} photo */
+    /**
+     * Shows a photo. Waits until it is drawn, released, or outside the window.
+     *
+     * @param {import("./photo.js").Photo} photo
+     */
     async #show(photo) {
         const { box, canvas } = this.#parts;
         try {
@@ -321,13 +329,15 @@ export class Photo3D extends Base {
         canvas.hidden = false;
         this.#layout();
         stage.request();
-        await (this.#view.isInSight ? isDrawn : undefined);
-        isDrawn.then(() => {
+        isDrawn.then((wasDrawn) => {
+            if (!wasDrawn) return;
             box.classList.add("drawn");
             this.#say("");
             this.dispatchEvent(new Event("load"));
             if (this.#view.isInSight) this.#offerHint();
         });
+        const hasLeft = new Promise((resolve) => (this.#left = resolve));
+        if (this.#view.isInSight) await Promise.race([isDrawn, hasLeft]);
     }
 
     #offerHint() {

@@ -1,9 +1,15 @@
-// Schedules the loading of a page's photos: those near the window, nearest first, one at a time, and not while the page scrolls.
+// Schedules the loading of a page's photos: those near the window, nearest first, and not while the page scrolls. Photos load one at a
+// time, unless a server is slow.
 
 import { stage } from "./stage.js";
 
 /** Milliseconds to wait after the last scroll event. */
 const calm = 120;
+
+/** Milliseconds after which the next photo loads even if a slow server has not delivered this one. */
+const patience = 3000;
+
+const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
 /**
  * An element whose photo is waiting to load.
@@ -34,13 +40,13 @@ async function next() {
     while (waiting.size > 0) {
         const rest = calm - (performance.now() - (stage.scrollTime ?? -Infinity));
         if (rest > 0) {
-            await new Promise((resolve) => setTimeout(resolve, rest));
+            await pause(rest);
             continue;
         }
         const nearest = [...waiting].reduce((a, b) => (b.distance() < a.distance() ? b : a));
         waiting.delete(nearest);
-        await nearest.load();
-        await new Promise((resolve) => setTimeout(resolve)); // lets the page run other tasks
+        await Promise.race([nearest.load(), pause(patience)]);
+        await pause(0); // lets the page run other tasks
     }
     isLoading = false;
 }

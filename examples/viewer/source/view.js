@@ -40,7 +40,7 @@ export class View {
         this.follow = () => {};
     }
 
-    /** Replaces the current photo. @param {Photo} photo @returns {Promise<void>} resolves when the photo is drawn */
+    /** Replaces the current photo. @param {Photo} photo @returns {Promise<boolean>} true once the photo is drawn, false if it is released before */
     show(photo) {
         this.release();
         this.photo = photo;
@@ -61,6 +61,7 @@ export class View {
         if (this.wall) disposeOf({ model: this.wall });
         this.backdrop.release();
         this.photo = this.wall = this.preparedBy = null;
+        this.whenDrawn(false);
     }
 
     /** @param {number} width @param {number} height  of the canvas, in canvas pixels */
@@ -106,7 +107,7 @@ export class View {
         this.pen.globalCompositeOperation = "copy";
         this.pen.drawImage(drawn, 0, drawn.height - height, width, height, 0, 0, width, height);
         this.needsDrawing = false;
-        this.whenDrawn();
+        this.whenDrawn(true);
     }
 
     /** @param {import("./headset.js").Head} head */

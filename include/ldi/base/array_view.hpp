@@ -21,7 +21,10 @@ public:
     using value_type = std::remove_const_t<T>;
 
     constexpr array_view() = default;
-    constexpr array_view(T* data, std::size_t size) : data_(data), size_(size) {}
+    /// data  first of `size` values; null only if size is 0. As in std::span, no literal 0, and no pointer to a derived class
+    template <class U>
+    requires std::is_convertible_v<U (*)[], T (*)[]>
+    constexpr array_view(U* data, std::size_t size) : data_(data), size_(size) { LDI_ASSERT(data != nullptr || size == 0); }
     array_view(buffer<value_type>& values) : array_view(values.data(), values.size()) {}
     array_view(const buffer<value_type>& values) requires std::is_const_v<T> : array_view(values.data(), values.size()) {}
     array_view(const buffer<value_type>&&) = delete;
@@ -68,5 +71,8 @@ private:
     T* data_ = nullptr;
     std::size_t size_ = 0;
 };
+
+template <class T>
+array_view(T*, std::size_t) -> array_view<T>;
 
 }}  // namespace ldi

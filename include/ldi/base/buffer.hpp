@@ -52,12 +52,14 @@ struct memory_block {
     std::size_t size = 0, capacity = 0;  ///< in values
     const memory* from = nullptr;
 
-    /// Allocates a larger, empty block.
+    /// Allocates a larger, empty block. The first success selects the allocator.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
-        if (from == nullptr) from = &current_memory();
+        const memory& source = from != nullptr ? *from : current_memory();
         if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
-        void* place = from->allocate(from->context, new_capacity * value_size, alignment);
+        void* place = source.allocate(source.context, new_capacity * value_size, alignment);
         if (place == nullptr) out_of_memory();
+        LDI_ASSERT(reinterpret_cast<std::uintptr_t>(place) % alignment == 0);
+        from = &source;
         return place;
     }
     /// Releases the old block and switches to `place`, to which the caller has moved the values.
@@ -82,11 +84,12 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
+/// A growing array, aligned to 64 bytes. Its first successful allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
 /// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
-/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign().
+/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). Move
+/// constructors of values, and the iterators of append() and insert(), must not throw.
 template <class T>
 class buffer {
 public:
@@ -222,8 +225,8 @@ public:
         }
         for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
-    /// Inserts values of trivial types. `value` must not lie in this buffer.
-    T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
+    /// Inserts values of trivial types. The range must not lie in this buffer.
+    T* insert(T* place, const T& value) { return insert(place, {value}); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(moves_as_bytes);

@@ -11,7 +11,7 @@
 // Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
 // would otherwise merge. Types of one configuration therefore differ from those of another, and an ldi::error that crosses
 // the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
-// thread.
+// thread. Settings that change the layout of the standard library's types, such as _GLIBCXX_DEBUG, must be the same everywhere.
 #pragma once
 
 #include <ldi/version.hpp>
@@ -105,12 +105,21 @@
 
 #if defined(__FAST_MATH__)
 #define LDI_MATH_PART _fast_math
+#elif defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#define LDI_MATH_PART _finite_math  // removes checks for NaN
 #else
 #define LDI_MATH_PART
 #endif
 
-#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k) v##a##_##b##_##c##d##e##f##g##h##i##j##k
-#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j, k) LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k)
-#define LDI_CONFIGURATION                                                                                            \
-    LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART, \
-                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, LDI_STANDARD_PART)
+#if defined(__GNUC__) && !defined(__GXX_RTTI) || defined(_MSC_VER) && !defined(_CPPRTTI)
+#define LDI_TYPE_INFO_PART _no_rtti
+#else
+#define LDI_TYPE_INFO_PART
+#endif
+
+#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k, l) v##a##_##b##_##c##d##e##f##g##h##i##j##k##l
+#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j, k, l) LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k, l)
+#define LDI_CONFIGURATION                                                                                                 \
+    LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART,      \
+                    LDI_TYPE_INFO_PART, LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, \
+                    LDI_STANDARD_PART)

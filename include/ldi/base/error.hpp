@@ -65,16 +65,23 @@ inline std::string to_string(const error_details& details) {
     return text;
 }
 
-/// The only exception type that ldi throws on bad input.
+/// The only exception type that ldi throws on bad input. Copies of a std::runtime_error share its text, so that copies of an
+/// error need no memory.
 class error : public std::runtime_error {
 public:
-    explicit error(error_details details) : std::runtime_error(to_string(details)), details_(std::move(details)) {}
+    explicit error(const error_details& details)
+        : std::runtime_error(to_string(details)),
+          code_(details.code),
+          where_(details.where),
+          expected_(details.expected),
+          found_(details.found) {}
 
-    error_code code() const { return details_.code; }
-    const error_details& details() const { return details_; }
+    error_code code() const { return code_; }
+    error_details details() const { return {code_, where_.what(), expected_.what(), found_.what()}; }
 
 private:
-    error_details details_;
+    error_code code_;
+    std::runtime_error where_, expected_, found_;
 };
 
 /// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
@@ -98,7 +105,7 @@ inline error_handler set_error_handler(error_handler handler) {
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
-    throw error(std::move(details));
+    throw error(details);
 #else
     if (detail::installed_error_handler() != nullptr) detail::installed_error_handler()(details);
     std::fprintf(stderr, "ldi: %s\n", to_string(details).c_str());

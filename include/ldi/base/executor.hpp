@@ -81,8 +81,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: a body must not use the
-/// same pool.
+/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: asserts that a body
+/// does not use the same pool, which would wait for itself.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
@@ -108,6 +108,7 @@ public:
 
     /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
+        LDI_ASSERT(pool_of_thread() != this);
         const std::lock_guard one_at_a_time(run_mutex_);
         std::unique_lock lock(mutex_);
         function_ = function, data_ = data, next_ = 0, count_ = count, running_ = 0, failure_ = nullptr;
@@ -155,7 +156,17 @@ private:
         }
     }
 
+    /// The pool for which this thread is working.
+    static const thread_pool*& pool_of_thread() {
+        static thread_local const thread_pool* pool = nullptr;
+        return pool;
+    }
+
     std::exception_ptr call(std::size_t index) {
+        struct work_scope {
+            const thread_pool* before;
+            ~work_scope() { pool_of_thread() = before; }
+        } const scope{std::exchange(pool_of_thread(), this)};
 #if LDI_HAS_EXCEPTIONS
         try {
             function_(data_, index);

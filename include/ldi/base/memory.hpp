@@ -56,13 +56,22 @@ inline const memory& current_memory() { return *detail::memory_of_thread(); }
 class memory_scope {
 public:
     /// from  must outlive the scope
-    explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
+    [[nodiscard]] explicit memory_scope(const memory& from)
+        : from_(&from), before_(std::exchange(detail::memory_of_thread(), &from)) {
+        LDI_ASSERT(from.allocate != nullptr && from.release != nullptr);
+    }
     explicit memory_scope(const memory&&) = delete;
-    ~memory_scope() { detail::memory_of_thread() = before_; }
+    /// Asserts that the scopes of a thread end in reverse order, on that thread.
+    ~memory_scope() {
+        LDI_ASSERT(detail::memory_of_thread() == from_);
+        detail::memory_of_thread() = before_;
+    }
     memory_scope(const memory_scope&) = delete;
     memory_scope& operator=(const memory_scope&) = delete;
+    static void* operator new(std::size_t) = delete;
 
 private:
+    const memory* from_;
     const memory* before_;
 };
 

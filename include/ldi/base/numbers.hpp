@@ -33,6 +33,9 @@ constexpr std::int64_t nearest_whole(double value) {
     return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
 }
 
+/// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
+constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
+
 /// Rounds to the nearest byte, halves up, and clamps.
 inline std::uint8_t rounded_to_byte(float value) {
     const float clamped = std::clamp(value, 0.0F, 255.0F);

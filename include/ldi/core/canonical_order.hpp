@@ -23,6 +23,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
 ///            old order breaks ties
+///
+/// Allocates 16 bytes per row of the lattice while it runs.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
@@ -65,13 +67,16 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 /// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
 inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
     buffer<std::int32_t> new_index(g.size(), no_pixel);
-    bool is_permutation = order.size() == g.size();
-    for (std::size_t i = 0; i < order.size() && is_permutation; ++i) {
-        is_permutation = static_cast<std::size_t>(order[i]) < g.size() && new_index[order[i]] == no_pixel;
-        if (is_permutation) new_index[order[i]] = static_cast<std::int32_t>(i);
-    }
-    if (!is_permutation)
-        raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels", "another order");
+    std::size_t wrong = 0;  // first index that is out of range or occurs twice
+    if (order.size() == g.size())
+        for (; wrong < order.size(); ++wrong) {
+            if (static_cast<std::size_t>(order[wrong]) >= g.size() || new_index[order[wrong]] != no_pixel) break;
+            new_index[order[wrong]] = static_cast<std::int32_t>(wrong);
+        }
+    if (order.size() != g.size() || wrong < order.size())
+        raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels",
+              order.size() != g.size() ? std::to_string(order.size()) + " indices"
+                                       : "index " + std::to_string(order[wrong]) + " at " + std::to_string(wrong));
     graph_builder result(g.width(), g.height(), g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::int32_t old = order[static_cast<std::size_t>(i)];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/runs.hpp>
@@ -18,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
-    graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
+    graph topology;               ///< the coarse graph, on a lattice of half the size, rounded up
     buffer<std::int32_t> kept;    ///< per coarse pixel: index of the fine pixel that it keeps; ascending
     buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
@@ -60,7 +61,7 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
     for (const pixel_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
     result.kept.resize(count);
-    graph_builder coarse((g.width() + 1) / 2, (g.height() + 1) / 2, count, unset);
+    graph_builder coarse(half_rounded_up(g.width()), half_rounded_up(g.height()), count, unset);
     result.parent.assign(g.size(), no_pixel);
     std::int32_t n = 0;
     for (const pixel_run& run : runs) {

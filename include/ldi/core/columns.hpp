@@ -197,6 +197,15 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Ind
                                                Column::channels);
 }
 
+/// Returns the number of scalars of a column. Raises too_large if they exceed the address space, as they may where it has 32
+/// bits.
+template <payload_column Column>
+std::size_t scalar_count(std::size_t pixels) {
+    constexpr std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / (sizeof(typename Column::scalar) * Column::channels);
+    if (pixels > limit) refuse_count();
+    return pixels * Column::channels;
+}
+
 [[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
     raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
 }

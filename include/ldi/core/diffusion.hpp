@@ -20,7 +20,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Collects unknown cells, computes their values, and reuses its memory for the next problem. Each thread needs its own object.
 ///
 ///     diffusion<3> d;
-///     d.start();
 ///     const std::int32_t cell = d.add_cell(3, 7);
 ///     d.add_known_neighbor(cell, red_green_blue);
 ///     d.solve(4);
@@ -31,6 +30,7 @@ public:
     /// The channels, and one internal value. With three channels, the four floats fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
+    diffusion() { start(); }
     /// Removes all cells.
     void start() {
         if (levels_.empty()) levels_.resize(1);

@@ -1,6 +1,6 @@
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
-// one of its rows. A graph never changes; core/graph_builder.hpp makes new ones.
+// one of its rows. A graph does not change; core/graph_builder.hpp makes new ones.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -35,6 +35,9 @@ constexpr side opposite(side s) {
     }
     return side::left;
 }
+
+/// Whether the value is one of the four sides, which a cast does not guarantee.
+constexpr bool is_side(side s) { return static_cast<std::uint8_t>(s) < 4; }
 
 constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
@@ -77,7 +80,7 @@ public:
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
     index_view neighbors(side s) const& {
-        LDI_ASSERT(static_cast<std::size_t>(s) < 4);
+        LDI_ASSERT(is_side(s));
         return neighbors_[static_cast<std::size_t>(s)];
     }
     index_view up() const& { return neighbors(side::up); }

@@ -47,7 +47,8 @@ public:
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
-    /// Starts from an existing graph, or from a copy of a view.
+    /// Starts from an existing graph, or from a copy of a view. Takes over the columns of a moved graph: earlier views of that
+    /// graph show the builder's changes.
     explicit graph_builder(graph g) : index_columns(std::move(g)) {}
     explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
         x_ = g.x().copy(), y_ = g.y().copy();
@@ -68,7 +69,7 @@ public:
 
     /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
-        return exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
+        return is_side(s) && exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
                x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
@@ -82,7 +83,7 @@ public:
 
     /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
     void unlink(std::int32_t a, side s) {
-        LDI_ASSERT(exists(a));
+        LDI_ASSERT(is_side(s) && exists(a));
         std::int32_t& there = column(s)[a];
         if (exists(there)) column(opposite(s))[there] = no_pixel;  // set_neighbor() may have stored any number
         there = no_pixel;
@@ -97,12 +98,12 @@ public:
 
     /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
     /// then remains unchanged. Linear time.
-    graph build() && {
+    [[nodiscard]] graph build() && {
         if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
         return graph(std::move(*this));
     }
     /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
-    graph build(unchecked_t) && {
+    [[nodiscard]] graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }

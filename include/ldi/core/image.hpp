@@ -67,17 +67,24 @@ public:
     using value_type = std::remove_const_t<Scalar>;
 
     image_view() = default;
+    /// data        first value of the first row; null only if the view is empty
     /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
     ///             impossible sizes, mismatch for a stride below W x C
-    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
+    template <class T>
+    requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
+                                                                     std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
           width_(width),
           channels_(channels),
-          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {}
+          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
+        LDI_ASSERT(data != nullptr || empty());
+    }
     /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
     /// unless the stride is an integer number of values, at least W x C.
-    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
+    template <class T>
+    requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
+                                                                     std::size_t channels, byte_stride stride)
         : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
     /// Converts a writable view to a read-only view.
     template <class Other>
@@ -110,6 +117,9 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
+template <class T, class... Sizes>
+image_view(T*, Sizes...) -> image_view<T>;
+
 namespace detail {
 template <class>
 inline constexpr bool is_image_view = false;
@@ -129,6 +139,8 @@ public:
     image() = default;
     /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
+    /// A value such as 0.5 is not a number of channels.
+    image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
@@ -143,6 +155,7 @@ public:
           channels_(channels) {}
     /// Copies the values of a view.
     explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
+        if (empty()) return;
         const std::size_t values = width_ * channels_;
         for (std::size_t y = 0; y < height_; ++y)
             for (std::size_t i = 0; i < values; ++i) row(y)[i] = view.row(y)[i];

@@ -37,6 +37,9 @@ namespace detail {
     raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
           "pixels " + std::to_string(a) + " and " + std::to_string(b));
 }
+[[noreturn]] inline void refuse_side(side s) {
+    raise(error_code::mismatch, "edit_links", "one of four sides", "side " + std::to_string(static_cast<int>(s)));
+}
 [[noreturn]] inline void refuse_pixel(std::int32_t pixel) {
     raise(error_code::mismatch, "edit_links", "an index of a pixel", std::to_string(pixel));
 }
@@ -55,9 +58,11 @@ public:
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
     }
-    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel that does not exist, in release builds, too.
+    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, in release builds,
+    /// too.
     void unlink(std::int32_t a, side s) {
         if (!graph_.exists(a)) detail::refuse_pixel(a);
+        if (!is_side(s)) detail::refuse_side(s);
         graph_.unlink(a, s);
     }
 
@@ -71,7 +76,7 @@ private:
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
 /// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
-/// and move pixels.
+/// and move pixels. After an error, members leave the image unchanged, except grow(), which leaves it empty.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -98,7 +103,7 @@ public:
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
         const auto make = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (!layered_image<Others...>::template has<Column>)
-                values<Column>().resize(other.size() * Column::channels);
+                values<Column>().resize(detail::scalar_count<Column>(other.size()));
         };
         const auto take = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (layered_image<Others...>::template has<Column>)
@@ -151,12 +156,13 @@ public:
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
-        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        const std::size_t count = detail::scalar_count<Column>(size());
+        if (scalars.size() != count) detail::refuse_column_length(count, scalars.size());
         values<Column>() = std::move(scalars);
     }
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
-    /// pixels again, even if `edit` throws.
+    /// pixels again, even if `edit` throws. Views of its topology show the changes.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -235,7 +241,7 @@ private:
     }
     template <class Column>
     void zero_column() {
-        values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
+        values<Column>() = buffer<typename Column::scalar>(detail::scalar_count<Column>(size()));
     }
 
     /// Returns a layered image with graph `g`, whose pixel i has the values of pixel `old_index[i]` of this image.
@@ -248,7 +254,7 @@ private:
 
     template <class Column>
     buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
-        buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
+        buffer<typename Column::scalar> result(detail::scalar_count<Column>(grown.topology.size()), unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
             if (p.count == 0) continue;

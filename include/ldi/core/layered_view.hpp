@@ -35,12 +35,13 @@ public:
     static constexpr bool has = one_of<Column, Columns...>;
 
     /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
-    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
+    explicit layered_view(const graph_view& g,
+                          array_view<const typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0)
         : graph_(g), columns_(shown<Columns>{columns}...) {
         const auto check = [&](std::size_t expected, std::size_t found) {
             if (found != expected) detail::refuse_column_length(expected, found);
         };
-        (check(g.size() * Columns::channels, columns.size()), ...);
+        (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
     }
     /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
     /// column(), unless it is a temporary.

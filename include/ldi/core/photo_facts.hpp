@@ -6,6 +6,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/surface.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
@@ -27,10 +28,14 @@ struct photo_facts {
     std::int32_t margin = 0;
 
     /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
-    /// Raises invalid_option for a margin below 0 or above 2^29.
+    /// Raises invalid_option for a margin below 0 or above 2^29, and if a side would have 2^31 pixels or more.
     pinhole_camera layers_camera() const {
         if (margin < 0 || margin > 1 << 29)
             raise(error_code::invalid_option, "photo_facts::margin", "0 to 2^29", std::to_string(margin));
+        if ((std::max)(camera.width, camera.height) > 0x7FFFFFFF - 2 * margin)
+            raise(error_code::invalid_option, "photo_facts", "fewer than 2^31 pixels per side, with the margin",
+                  std::to_string(camera.width) + " x " + std::to_string(camera.height) + " with a margin of " +
+                      std::to_string(margin));
         return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
     }
 };

@@ -3,6 +3,8 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>
@@ -25,8 +27,10 @@ public:
 
     explicit pixel_region(std::int32_t width = 0) : width_(width) {}
 
+    /// Adds columns first to last - 1 of the current row. Raises too_large if the region would have 2^31 pixels or more.
     void add_run(std::int32_t first, std::int32_t last) {
         LDI_ASSERT(first >= 0 && first < last && last <= width_);
+        if (last - first > 0x7FFFFFFF - count()) raise(error_code::too_large, "pixel_region", "fewer than 2^31 pixels", "more");
         const bool is_first = runs_.count() == first_run(height());
         if (!is_first && runs_.back().last == first) {
             runs_.back().last = last;
@@ -76,10 +80,11 @@ private:
 
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
 inline pixel_region halved(const pixel_region& region) {
-    pixel_region result((region.width() + 1) / 2);
+    pixel_region result(detail::half_rounded_up(region.width()));
     for (std::int32_t y = 0; y < region.height(); y += 2) {
         for (const pixel_region::run& r : region.row(y))
-            if (const std::int32_t first = (r.first + 1) / 2, last = (r.last + 1) / 2; first < last) result.add_run(first, last);
+            if (const std::int32_t first = detail::half_rounded_up(r.first), last = detail::half_rounded_up(r.last); first < last)
+                result.add_run(first, last);
         result.end_row();
     }
     return result;

@@ -81,7 +81,8 @@ public:
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // normals stay with their pixels up to the mesh
     template <payload_column Column>
     requires(!has<Column>) single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
-        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        const std::size_t count = detail::scalar_count<Column>(size());
+        if (scalars.size() != count) detail::refuse_column_length(count, scalars.size());
         single_layer<Columns..., Column> result;
         result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
         result.template set_column<Column>(std::move(scalars));

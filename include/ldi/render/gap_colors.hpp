@@ -103,7 +103,6 @@ private:
     void diffuse() {
         constexpr int rounds = 8;
         diffusion<3> solver;  // numbers its cells from 1
-        solver.start();
         for (std::int32_t i = 0; i < cells_.count(); ++i) {
             const auto [place, above] = cells_[i];
             const std::int32_t number =

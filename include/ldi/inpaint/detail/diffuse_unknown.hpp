@@ -27,7 +27,6 @@ template <std::size_t Channels, class Value, class BeforeSolving, class Store>
 void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
-    solver.start();
     solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
     buffer<std::int32_t> cell_of(g.size(), unset);  // per unknown pixel; not set for known pixels
     for_each_unknown(known, [&](std::int32_t i) {

@@ -5,6 +5,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/window.hpp>
@@ -102,7 +103,8 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
         refuse("that of a graph of " + std::to_string(coarse.parent.size()) + " instead of " + std::to_string(g.size()) +
                " pixels");
     const graph& half = coarse.topology;
-    if (half.width() != (g.width() + 1) / 2 || half.height() != (g.height() + 1) / 2 || half.size() != coarse.kept.size())
+    if (half.width() != detail::half_rounded_up(g.width()) || half.height() != detail::half_rounded_up(g.height()) ||
+        half.size() != coarse.kept.size())
         refuse("that of another lattice");
     // `kept` is ascending, so all its pixels exist if the first and the last one do.
     if (!coarse.kept.empty() && (coarse.kept.front() < 0 || coarse.kept.back() >= g.count())) refuse("that of a larger graph");
