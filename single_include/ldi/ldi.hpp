@@ -25,7 +25,7 @@
 // Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
 // would otherwise merge. Types of one configuration therefore differ from those of another, and an ldi::error that crosses
 // the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
-// thread.
+// thread. Settings that change the layout of the standard library's types, such as _GLIBCXX_DEBUG, must be the same everywhere.
 
 #include <cassert>
 
@@ -116,15 +116,24 @@
 
 #if defined(__FAST_MATH__)
 #define LDI_MATH_PART _fast_math
+#elif defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#define LDI_MATH_PART _finite_math  // removes checks for NaN
 #else
 #define LDI_MATH_PART
 #endif
 
-#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k) v##a##_##b##_##c##d##e##f##g##h##i##j##k
-#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j, k) LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k)
-#define LDI_CONFIGURATION                                                                                            \
-    LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART, \
-                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, LDI_STANDARD_PART)
+#if defined(__GNUC__) && !defined(__GXX_RTTI) || defined(_MSC_VER) && !defined(_CPPRTTI)
+#define LDI_TYPE_INFO_PART _no_rtti
+#else
+#define LDI_TYPE_INFO_PART
+#endif
+
+#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k, l) v##a##_##b##_##c##d##e##f##g##h##i##j##k##l
+#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j, k, l) LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k, l)
+#define LDI_CONFIGURATION                                                                                                 \
+    LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART,      \
+                    LDI_TYPE_INFO_PART, LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, \
+                    LDI_STANDARD_PART)
 
 // ---- ldi/base/error.hpp
 // Errors. Bad input (files, weights, options) raises ldi::error with a code, the place, what was expected and what was found.
@@ -191,16 +200,23 @@ inline std::string to_string(const error_details& details) {
     return text;
 }
 
-/// The only exception type that ldi throws on bad input.
+/// The only exception type that ldi throws on bad input. Copies of a std::runtime_error share its text, so that copies of an
+/// error need no memory.
 class error : public std::runtime_error {
 public:
-    explicit error(error_details details) : std::runtime_error(to_string(details)), details_(std::move(details)) {}
+    explicit error(const error_details& details)
+        : std::runtime_error(to_string(details)),
+          code_(details.code),
+          where_(details.where),
+          expected_(details.expected),
+          found_(details.found) {}
 
-    error_code code() const { return details_.code; }
-    const error_details& details() const { return details_; }
+    error_code code() const { return code_; }
+    error_details details() const { return {code_, where_.what(), expected_.what(), found_.what()}; }
 
 private:
-    error_details details_;
+    error_code code_;
+    std::runtime_error where_, expected_, found_;
 };
 
 /// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
@@ -224,7 +240,7 @@ inline error_handler set_error_handler(error_handler handler) {
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
-    throw error(std::move(details));
+    throw error(details);
 #else
     if (detail::installed_error_handler() != nullptr) detail::installed_error_handler()(details);
     std::fprintf(stderr, "ldi: %s\n", to_string(details).c_str());
@@ -288,13 +304,22 @@ inline const memory& current_memory() { return *detail::memory_of_thread(); }
 class memory_scope {
 public:
     /// from  must outlive the scope
-    explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
+    [[nodiscard]] explicit memory_scope(const memory& from)
+        : from_(&from), before_(std::exchange(detail::memory_of_thread(), &from)) {
+        LDI_ASSERT(from.allocate != nullptr && from.release != nullptr);
+    }
     explicit memory_scope(const memory&&) = delete;
-    ~memory_scope() { detail::memory_of_thread() = before_; }
+    /// Asserts that the scopes of a thread end in reverse order, on that thread.
+    ~memory_scope() {
+        LDI_ASSERT(detail::memory_of_thread() == from_);
+        detail::memory_of_thread() = before_;
+    }
     memory_scope(const memory_scope&) = delete;
     memory_scope& operator=(const memory_scope&) = delete;
+    static void* operator new(std::size_t) = delete;
 
 private:
+    const memory* from_;
     const memory* before_;
 };
 
@@ -348,12 +373,14 @@ struct memory_block {
     std::size_t size = 0, capacity = 0;  ///< in values
     const memory* from = nullptr;
 
-    /// Allocates a larger, empty block.
+    /// Allocates a larger, empty block. The first success selects the allocator.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
-        if (from == nullptr) from = &current_memory();
+        const memory& source = from != nullptr ? *from : current_memory();
         if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
-        void* place = from->allocate(from->context, new_capacity * value_size, alignment);
+        void* place = source.allocate(source.context, new_capacity * value_size, alignment);
         if (place == nullptr) out_of_memory();
+        LDI_ASSERT(reinterpret_cast<std::uintptr_t>(place) % alignment == 0);
+        from = &source;
         return place;
     }
     /// Releases the old block and switches to `place`, to which the caller has moved the values.
@@ -378,11 +405,12 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
+/// A growing array, aligned to 64 bytes. Its first successful allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
 /// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
-/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign().
+/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). Move
+/// constructors of values, and the iterators of append() and insert(), must not throw.
 template <class T>
 class buffer {
 public:
@@ -518,8 +546,8 @@ public:
         }
         for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
-    /// Inserts values of trivial types. `value` must not lie in this buffer.
-    T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
+    /// Inserts values of trivial types. The range must not lie in this buffer.
+    T* insert(T* place, const T& value) { return insert(place, {value}); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(moves_as_bytes);
@@ -612,7 +640,10 @@ public:
     using value_type = std::remove_const_t<T>;
 
     constexpr array_view() = default;
-    constexpr array_view(T* data, std::size_t size) : data_(data), size_(size) {}
+    /// data  first of `size` values; null only if size is 0. As in std::span, no literal 0, and no pointer to a derived class
+    template <class U>
+    requires std::is_convertible_v<U (*)[], T (*)[]>
+    constexpr array_view(U* data, std::size_t size) : data_(data), size_(size) { LDI_ASSERT(data != nullptr || size == 0); }
     array_view(buffer<value_type>& values) : array_view(values.data(), values.size()) {}
     array_view(const buffer<value_type>& values) requires std::is_const_v<T> : array_view(values.data(), values.size()) {}
     array_view(const buffer<value_type>&&) = delete;
@@ -659,6 +690,9 @@ private:
     T* data_ = nullptr;
     std::size_t size_ = 0;
 };
+
+template <class T>
+array_view(T*, std::size_t) -> array_view<T>;
 
 }}  // namespace ldi
 
@@ -738,8 +772,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: a body must not use the
-/// same pool.
+/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: asserts that a body
+/// does not use the same pool, which would wait for itself.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
@@ -765,6 +799,7 @@ public:
 
     /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
+        LDI_ASSERT(pool_of_thread() != this);
         const std::lock_guard one_at_a_time(run_mutex_);
         std::unique_lock lock(mutex_);
         function_ = function, data_ = data, next_ = 0, count_ = count, running_ = 0, failure_ = nullptr;
@@ -812,7 +847,17 @@ private:
         }
     }
 
+    /// The pool for which this thread is working.
+    static const thread_pool*& pool_of_thread() {
+        static thread_local const thread_pool* pool = nullptr;
+        return pool;
+    }
+
     std::exception_ptr call(std::size_t index) {
+        struct work_scope {
+            const thread_pool* before;
+            ~work_scope() { pool_of_thread() = before; }
+        } const scope{std::exchange(pool_of_thread(), this)};
 #if LDI_HAS_EXCEPTIONS
         try {
             function_(data_, index);
@@ -943,6 +988,9 @@ constexpr std::int64_t nearest_whole(double value) {
     const double rest = value - static_cast<double>(whole);  // exact
     return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
 }
+
+/// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
+constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
 
 /// Rounds to the nearest byte, halves up, and clamps.
 inline std::uint8_t rounded_to_byte(float value) {
@@ -1077,7 +1125,7 @@ struct depth_range {
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
-// one of its rows. A graph never changes; core/graph_builder.hpp makes new ones.
+// one of its rows. A graph does not change; core/graph_builder.hpp makes new ones.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -1099,6 +1147,9 @@ constexpr side opposite(side s) {
     }
     return side::left;
 }
+
+/// Whether the value is one of the four sides, which a cast does not guarantee.
+constexpr bool is_side(side s) { return static_cast<std::uint8_t>(s) < 4; }
 
 constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
@@ -1141,7 +1192,7 @@ public:
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
     index_view neighbors(side s) const& {
-        LDI_ASSERT(static_cast<std::size_t>(s) < 4);
+        LDI_ASSERT(is_side(s));
         return neighbors_[static_cast<std::size_t>(s)];
     }
     index_view up() const& { return neighbors(side::up); }
@@ -1350,7 +1401,8 @@ public:
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
-    /// Starts from an existing graph, or from a copy of a view.
+    /// Starts from an existing graph, or from a copy of a view. Takes over the columns of a moved graph: earlier views of that
+    /// graph show the builder's changes.
     explicit graph_builder(graph g) : index_columns(std::move(g)) {}
     explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
         x_ = g.x().copy(), y_ = g.y().copy();
@@ -1371,7 +1423,7 @@ public:
 
     /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
-        return exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
+        return is_side(s) && exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
                x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
@@ -1385,7 +1437,7 @@ public:
 
     /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
     void unlink(std::int32_t a, side s) {
-        LDI_ASSERT(exists(a));
+        LDI_ASSERT(is_side(s) && exists(a));
         std::int32_t& there = column(s)[a];
         if (exists(there)) column(opposite(s))[there] = no_pixel;  // set_neighbor() may have stored any number
         there = no_pixel;
@@ -1400,12 +1452,12 @@ public:
 
     /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
     /// then remains unchanged. Linear time.
-    graph build() && {
+    [[nodiscard]] graph build() && {
         if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
         return graph(std::move(*this));
     }
     /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
-    graph build(unchecked_t) && {
+    [[nodiscard]] graph build(unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }
@@ -1451,6 +1503,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
 ///            old order breaks ties
+///
+/// Allocates 16 bytes per row of the lattice while it runs.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
@@ -1493,13 +1547,16 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 /// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
 inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
     buffer<std::int32_t> new_index(g.size(), no_pixel);
-    bool is_permutation = order.size() == g.size();
-    for (std::size_t i = 0; i < order.size() && is_permutation; ++i) {
-        is_permutation = static_cast<std::size_t>(order[i]) < g.size() && new_index[order[i]] == no_pixel;
-        if (is_permutation) new_index[order[i]] = static_cast<std::int32_t>(i);
-    }
-    if (!is_permutation)
-        raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels", "another order");
+    std::size_t wrong = 0;  // first index that is out of range or occurs twice
+    if (order.size() == g.size())
+        for (; wrong < order.size(); ++wrong) {
+            if (static_cast<std::size_t>(order[wrong]) >= g.size() || new_index[order[wrong]] != no_pixel) break;
+            new_index[order[wrong]] = static_cast<std::int32_t>(wrong);
+        }
+    if (order.size() != g.size() || wrong < order.size())
+        raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels",
+              order.size() != g.size() ? std::to_string(order.size()) + " indices"
+                                       : "index " + std::to_string(order[wrong]) + " at " + std::to_string(wrong));
     graph_builder result(g.width(), g.height(), g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::int32_t old = order[static_cast<std::size_t>(i)];
@@ -1708,6 +1765,15 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Ind
                                                Column::channels);
 }
 
+/// Returns the number of scalars of a column. Raises too_large if they exceed the address space, as they may where it has 32
+/// bits.
+template <payload_column Column>
+std::size_t scalar_count(std::size_t pixels) {
+    constexpr std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / (sizeof(typename Column::scalar) * Column::channels);
+    if (pixels > limit) refuse_count();
+    return pixels * Column::channels;
+}
+
 [[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
     raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
 }
@@ -1841,6 +1907,9 @@ namespace detail {
     raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
           "pixels " + std::to_string(a) + " and " + std::to_string(b));
 }
+[[noreturn]] inline void refuse_side(side s) {
+    raise(error_code::mismatch, "edit_links", "one of four sides", "side " + std::to_string(static_cast<int>(s)));
+}
 [[noreturn]] inline void refuse_pixel(std::int32_t pixel) {
     raise(error_code::mismatch, "edit_links", "an index of a pixel", std::to_string(pixel));
 }
@@ -1859,9 +1928,11 @@ public:
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
     }
-    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel that does not exist, in release builds, too.
+    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, in release builds,
+    /// too.
     void unlink(std::int32_t a, side s) {
         if (!graph_.exists(a)) detail::refuse_pixel(a);
+        if (!is_side(s)) detail::refuse_side(s);
         graph_.unlink(a, s);
     }
 
@@ -1875,7 +1946,7 @@ private:
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
 /// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
-/// and move pixels.
+/// and move pixels. After an error, members leave the image unchanged, except grow(), which leaves it empty.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -1902,7 +1973,7 @@ public:
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
         const auto make = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (!layered_image<Others...>::template has<Column>)
-                values<Column>().resize(other.size() * Column::channels);
+                values<Column>().resize(detail::scalar_count<Column>(other.size()));
         };
         const auto take = [&]<class Column>(std::type_identity<Column>) {
             if constexpr (layered_image<Others...>::template has<Column>)
@@ -1955,12 +2026,13 @@ public:
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
-        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        const std::size_t count = detail::scalar_count<Column>(size());
+        if (scalars.size() != count) detail::refuse_column_length(count, scalars.size());
         values<Column>() = std::move(scalars);
     }
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
-    /// pixels again, even if `edit` throws.
+    /// pixels again, even if `edit` throws. Views of its topology show the changes.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -2039,7 +2111,7 @@ private:
     }
     template <class Column>
     void zero_column() {
-        values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
+        values<Column>() = buffer<typename Column::scalar>(detail::scalar_count<Column>(size()));
     }
 
     /// Returns a layered image with graph `g`, whose pixel i has the values of pixel `old_index[i]` of this image.
@@ -2052,7 +2124,7 @@ private:
 
     template <class Column>
     buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
-        buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
+        buffer<typename Column::scalar> result(detail::scalar_count<Column>(grown.topology.size()), unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
             if (p.count == 0) continue;
@@ -2128,7 +2200,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
-    graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
+    graph topology;               ///< the coarse graph, on a lattice of half the size, rounded up
     buffer<std::int32_t> kept;    ///< per coarse pixel: index of the fine pixel that it keeps; ascending
     buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
@@ -2170,7 +2242,7 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
     for (const pixel_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
     result.kept.resize(count);
-    graph_builder coarse((g.width() + 1) / 2, (g.height() + 1) / 2, count, unset);
+    graph_builder coarse(half_rounded_up(g.width()), half_rounded_up(g.height()), count, unset);
     result.parent.assign(g.size(), no_pixel);
     std::int32_t n = 0;
     for (const pixel_run& run : runs) {
@@ -2476,7 +2548,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Collects unknown cells, computes their values, and reuses its memory for the next problem. Each thread needs its own object.
 ///
 ///     diffusion<3> d;
-///     d.start();
 ///     const std::int32_t cell = d.add_cell(3, 7);
 ///     d.add_known_neighbor(cell, red_green_blue);
 ///     d.solve(4);
@@ -2487,6 +2558,7 @@ public:
     /// The channels, and one internal value. With three channels, the four floats fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
+    diffusion() { start(); }
     /// Removes all cells.
     void start() {
         if (levels_.empty()) levels_.resize(1);
@@ -2732,17 +2804,24 @@ public:
     using value_type = std::remove_const_t<Scalar>;
 
     image_view() = default;
+    /// data        first value of the first row; null only if the view is empty
     /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
     ///             impossible sizes, mismatch for a stride below W x C
-    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
+    template <class T>
+    requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
+                                                                     std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
           width_(width),
           channels_(channels),
-          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {}
+          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
+        LDI_ASSERT(data != nullptr || empty());
+    }
     /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
     /// unless the stride is an integer number of values, at least W x C.
-    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
+    template <class T>
+    requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
+                                                                     std::size_t channels, byte_stride stride)
         : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
     /// Converts a writable view to a read-only view.
     template <class Other>
@@ -2775,6 +2854,9 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
+template <class T, class... Sizes>
+image_view(T*, Sizes...) -> image_view<T>;
+
 namespace detail {
 template <class>
 inline constexpr bool is_image_view = false;
@@ -2794,6 +2876,8 @@ public:
     image() = default;
     /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
+    /// A value such as 0.5 is not a number of channels.
+    image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
@@ -2808,6 +2892,7 @@ public:
           channels_(channels) {}
     /// Copies the values of a view.
     explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
+        if (empty()) return;
         const std::size_t values = width_ * channels_;
         for (std::size_t y = 0; y < height_; ++y)
             for (std::size_t i = 0; i < values; ++i) row(y)[i] = view.row(y)[i];
@@ -2915,12 +3000,13 @@ public:
     static constexpr bool has = one_of<Column, Columns...>;
 
     /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
-    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
+    explicit layered_view(const graph_view& g,
+                          array_view<const typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0)
         : graph_(g), columns_(shown<Columns>{columns}...) {
         const auto check = [&](std::size_t expected, std::size_t found) {
             if (found != expected) detail::refuse_column_length(expected, found);
         };
-        (check(g.size() * Columns::channels, columns.size()), ...);
+        (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
     }
     /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
     /// column(), unless it is a temporary.
@@ -2994,10 +3080,14 @@ struct photo_facts {
     std::int32_t margin = 0;
 
     /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
-    /// Raises invalid_option for a margin below 0 or above 2^29.
+    /// Raises invalid_option for a margin below 0 or above 2^29, and if a side would have 2^31 pixels or more.
     pinhole_camera layers_camera() const {
         if (margin < 0 || margin > 1 << 29)
             raise(error_code::invalid_option, "photo_facts::margin", "0 to 2^29", std::to_string(margin));
+        if ((std::max)(camera.width, camera.height) > 0x7FFFFFFF - 2 * margin)
+            raise(error_code::invalid_option, "photo_facts", "fewer than 2^31 pixels per side, with the margin",
+                  std::to_string(camera.width) + " x " + std::to_string(camera.height) + " with a margin of " +
+                      std::to_string(margin));
         return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
     }
 };
@@ -3022,8 +3112,10 @@ public:
 
     explicit pixel_region(std::int32_t width = 0) : width_(width) {}
 
+    /// Adds columns first to last - 1 of the current row. Raises too_large if the region would have 2^31 pixels or more.
     void add_run(std::int32_t first, std::int32_t last) {
         LDI_ASSERT(first >= 0 && first < last && last <= width_);
+        if (last - first > 0x7FFFFFFF - count()) raise(error_code::too_large, "pixel_region", "fewer than 2^31 pixels", "more");
         const bool is_first = runs_.count() == first_run(height());
         if (!is_first && runs_.back().last == first) {
             runs_.back().last = last;
@@ -3073,10 +3165,11 @@ private:
 
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
 inline pixel_region halved(const pixel_region& region) {
-    pixel_region result((region.width() + 1) / 2);
+    pixel_region result(detail::half_rounded_up(region.width()));
     for (std::int32_t y = 0; y < region.height(); y += 2) {
         for (const pixel_region::run& r : region.row(y))
-            if (const std::int32_t first = (r.first + 1) / 2, last = (r.last + 1) / 2; first < last) result.add_run(first, last);
+            if (const std::int32_t first = detail::half_rounded_up(r.first), last = detail::half_rounded_up(r.last); first < last)
+                result.add_run(first, last);
         result.end_row();
     }
     return result;
@@ -3182,7 +3275,8 @@ public:
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // normals stay with their pixels up to the mesh
     template <payload_column Column>
     requires(!has<Column>) single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
-        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        const std::size_t count = detail::scalar_count<Column>(size());
+        if (scalars.size() != count) detail::refuse_column_length(count, scalars.size());
         single_layer<Columns..., Column> result;
         result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
         result.template set_column<Column>(std::move(scalars));
@@ -9554,7 +9648,8 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
         refuse("that of a graph of " + std::to_string(coarse.parent.size()) + " instead of " + std::to_string(g.size()) +
                " pixels");
     const graph& half = coarse.topology;
-    if (half.width() != (g.width() + 1) / 2 || half.height() != (g.height() + 1) / 2 || half.size() != coarse.kept.size())
+    if (half.width() != detail::half_rounded_up(g.width()) || half.height() != detail::half_rounded_up(g.height()) ||
+        half.size() != coarse.kept.size())
         refuse("that of another lattice");
     // `kept` is ascending, so all its pixels exist if the first and the last one do.
     if (!coarse.kept.empty() && (coarse.kept.front() < 0 || coarse.kept.back() >= g.count())) refuse("that of a larger graph");
@@ -15787,6 +15882,80 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 
 }}  // namespace ldi
 
+// ---- ldi/occlusion/detail/front_lookup.hpp
+// Decides at which positions a camera can see hidden surfaces past the front of a curve (occlusion/detail/expansion.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Front surface beside one back pixel of a curve.
+struct front_place {
+    std::int32_t x = 0, y = 0;  ///< position of the back pixel
+    float toward_x = 0.0F,
+          toward_y = 0.0F;   ///< mean direction from the back to the front along this part of the curve, of length 1
+    float disparity = 0.0F;  ///< of the nearest front pixel along this part
+};
+
+/// Fronts of all curves, ordered by square tiles of the photo, so that a search around a position only visits the fronts there.
+class front_lookup {
+public:
+    front_lookup() = default;
+    /// pixels_per_disparity  parallax in pixels of a disparity of 1
+    /// margin                distance in pixels by which surfaces grow beyond the parallax
+    /// range                 maximum number of rows and columns between a hidden pixel and the fronts that are considered
+    front_lookup(std::int32_t width, std::int32_t height, float pixels_per_disparity, float margin, std::int32_t range)
+        : columns_((width >> shift) + 1),
+          rows_((height >> shift) + 1),
+          pixels_per_disparity_(pixels_per_disparity),
+          margin_(margin),
+          range_(range),
+          start_(tile(0, rows_) + 1, 0) {}
+
+    /// Adds a front; sort() must follow after the last one.
+    void add(const front_place& f) { fronts_.push_back(f); }
+
+    /// Orders the fronts by tiles, in linear time.
+    void sort() {
+        for (const front_place& f : fronts_) ++start_[tile(f.x >> shift, f.y >> shift) + 1];
+        for (std::size_t t = 1; t < start_.size(); ++t) start_[t] += start_[t - 1];
+        buffer<std::int32_t> next(start_.begin(), start_.end() - 1);
+        buffer<front_place> sorted(fronts_.size(), unset);
+        for (const front_place& f : fronts_) sorted[next[tile(f.x >> shift, f.y >> shift)]++] = f;
+        fronts_.swap(sorted);
+    }
+
+    /// Whether a camera may see a hidden pixel at (x, y) past the front of a curve. It does not see pixels beneath the back
+    /// surface's side of the curve, because the front hides them from it.
+    bool uncovers(std::int32_t x, std::int32_t y, float disparity) const {
+        const std::int32_t left = (std::max)(x - range_, 0) >> shift, right = (std::min)((x + range_) >> shift, columns_ - 1);
+        const std::int32_t top = (std::max)(y - range_, 0) >> shift, bottom = (std::min)((y + range_) >> shift, rows_ - 1);
+        for (std::int32_t row = top; row <= bottom; ++row)
+            for (std::int32_t i = start_[tile(left, row)]; i < start_[tile(right, row) + 1]; ++i) {
+                const front_place& f = fronts_[i];
+                if (std::abs(x - f.x) > range_ || std::abs(y - f.y) > range_) continue;
+                const float dx = nearest_float(x - f.x), dy = nearest_float(y - f.y);
+                const float uncovered = (f.disparity - disparity) * pixels_per_disparity_ + margin_;
+                const bool is_near = uncovered >= 0.0F && dx * dx + dy * dy <= uncovered * uncovered;
+                if (is_near && dx * f.toward_x + dy * f.toward_y >= -1.0F) return true;
+            }
+        return false;
+    }
+
+private:
+    static constexpr int shift = 3;  // binary logarithm of a tile's side
+
+    std::size_t tile(std::int32_t column, std::int32_t row) const {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+    }
+
+    std::int32_t columns_ = 0, rows_ = 0;
+    float pixels_per_disparity_ = 0.0F, margin_ = 0.0F;
+    std::int32_t range_ = 0;
+    buffer<std::int32_t> start_;  // per tile: index of its first front; one more at the end
+    buffer<front_place> fronts_;
+};
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
 // Pixels added behind a single layer while it grows. They are stored separately from the layer, so that growth costs only the
 // new pixels. At the end, one pass merges both into canonical order.
@@ -15848,6 +16017,8 @@ public:
         older_.push_back(std::exchange(newest_[position], pixel));
         return pixel;
     }
+
+    void set_disparity(std::int32_t pixel, float disparity) { hidden_disparity_[hidden_index(pixel)] = disparity; }
 
     void link(std::int32_t a, side s, std::int32_t b) {
         set_neighbor(a, s, b);
@@ -15972,7 +16143,7 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
-/// continues beneath it for a few pixels, so that no camera sees a gap. This continuation is a "dive".
+/// ends there. Its last pixel is so close behind the other surface that no camera sees a gap between the two.
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -15984,16 +16155,29 @@ public:
           reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
+        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity);
+        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity, margin,
+                               (std::max)(min_front_range, static_cast<std::int32_t>(range)));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
         };
         for (const discontinuity_curve& curve : curves) {
             const std::int32_t last = curve.sides.count() - 1;
-            for (std::int32_t i = 0; i <= last; ++i)
-                for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k)
-                    raise_reach(curve.sides[i].back, disparity[curve.sides[k].front] - disparity[curve.sides[k].back]);
+            for (std::int32_t i = 0; i <= last; ++i) {
+                const std::int32_t back = curve.sides[i].back;
+                front_place f{pixels_.x(back), pixels_.y(back), 0.0F, 0.0F, disparity[curve.sides[i].front]};
+                for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k) {
+                    const discontinuity& d = curve.sides[k];
+                    raise_reach(back, disparity[d.front] - disparity[d.back]);
+                    f.toward_x += nearest_float(step_x(d.toward_front)), f.toward_y += nearest_float(step_y(d.toward_front));
+                    f.disparity = (std::max)(f.disparity, disparity[d.front]);
+                }
+                const float length = (std::max)(vector_length(f.toward_x, f.toward_y), 1e-3F);
+                f.toward_x /= length, f.toward_y /= length;
+                fronts_.add(f);
+            }
         }
+        fronts_.sort();
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
                 // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
@@ -16035,9 +16219,10 @@ public:
         front_.swap(created_);
     }
 
-    /// Merges all pixels; see hidden_pixels::merge().
+    /// Closes the gaps at the ends of hidden surfaces, then merges all pixels; see hidden_pixels::merge().
     grown_pixels merge() {
-        reach_ = {}, dives_ = {}, curve_of_ = {};
+        for (const seal& s : seals_) close(s);
+        reach_ = {}, fronts_ = {}, curve_of_ = {};
         return pixels_.merge();
     }
 
@@ -16052,9 +16237,17 @@ private:
     // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
+    // Minimum distance in pixels up to which fronts around a hidden pixel are considered (front_lookup).
+    static constexpr std::int32_t min_front_range = 12;
+
     struct front_pixel {
         std::size_t curve;
         std::int32_t pixel;
+    };
+
+    // The last pixel of a surface that ends at another hidden surface, and the nearer pixel of the other surface beside it.
+    struct seal {
+        std::int32_t pixel, nearer;
     };
 
     // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
@@ -16082,49 +16275,61 @@ private:
         }
         if (origin == no_pixel) return;
 
-        const meeting met = meet_others(curve, pixel, s, position);
-        if (met == meeting::ends) return;
-        const float average = sum / count,
-                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
+        if (ends_at_others(curve, pixel, s, position)) return;
+        const float average = sum / count, nearest = pixels_.disparity(position);
+        // If the photo's surface here is within the threshold but cannot be linked, as at a curve's free end, this is the last
+        // pixel of the hidden surface. It lies so close behind the photo's surface that no camera sees a gap between them.
+        const bool is_last = average > nearest - min_gap * surface_.max_step;
+        const float created = is_last ? nearest - seal_gap * surface_.max_step : average;
         if (lies_on_another(curve, position, created)) return;
         if (!may_link(created, source)) return;
-        const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
-        const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
-        if (dive > max_dive_) return;
+        if (is_last && !fronts_.uncovers(x, y, created)) return;
         const std::int32_t made = pixels_.add(position, created, origin);
-        dives_.push_back(dive);
         if (!merges_curves_) curve_of_.push_back(curve);
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        created_.push_back({curve, made});
+        if (!is_last) created_.push_back({curve, made});
     }
 
-    enum class meeting { none, ends, goes_beneath };
-
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
-    // surface already has a neighbor on that side, this surface ends there, or dives for as many pixels as a camera can see into
-    // the gap between them.
-    meeting meet_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
-        std::int32_t other = no_pixel;
+    // surface already has a neighbor on that side, this surface ends there. Returns whether it ends, linked or not.
+    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t other = no_pixel, nearer = no_pixel;
         float nearest = max_link * surface_.max_step;
-        meeting result = meeting::none;
+        bool ends = false;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
             if (std::abs(step) > (there == position ? surface_.max_step : nearest) || !may_meet(curve, there)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
-            else if (there != position && result != meeting::ends)
-                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
+            else if (there != position) {
+                ends = true;
+                if (step > 0.0F) nearer = there;
+            }
         }
-        if (other == no_pixel) return result;
-        pixels_.link(pixel, s, other);
-        return meeting::ends;
+        if (other != no_pixel)
+            pixels_.link(pixel, s, other);
+        else if (nearer != no_pixel && pixel >= reach_.count())
+            seals_.push_back({pixel, nearer});
+        return ends || other != no_pixel;
     }
 
-    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
-    // threshold of the photo's surface but cannot be linked to it dives, for as many pixels as a camera can see into the gap:
-    // otherwise there would be a hole between the two. The dive stops at another hidden surface, which also closes the gap.
+    // Moves the last pixel of a surface close behind the nearer surface at which it ends, so that no camera sees a gap between
+    // them. The pixel stays behind all others that hide it, and linked to its neighbors.
+    void close(const seal& s) {
+        const float before = pixels_.disparity(s.pixel), gap = seal_gap * surface_.max_step;
+        const std::int32_t visible = pixels_.position(pixels_.x(s.pixel), pixels_.y(s.pixel));
+        float moved = (std::min)(pixels_.disparity(s.nearer) - gap, pixels_.disparity(visible) - min_gap * surface_.max_step);
+        for (std::int32_t there = pixels_.next_at_position(visible); there != no_pixel; there = pixels_.next_at_position(there))
+            if (pixels_.disparity(there) > before) moved = (std::min)(moved, pixels_.disparity(there) - gap);
+        for (const side t : all_sides)
+            if (const std::int32_t n = pixels_.neighbor(s.pixel, t); n != no_pixel)
+                moved = (std::min)(moved, pixels_.disparity(n) + max_link * surface_.max_step);
+        if (moved > before) pixels_.set_disparity(s.pixel, moved);
+    }
+
+    // Whether another hidden surface lies at this disparity, within the threshold: it then closes the gap.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
@@ -16137,13 +16342,9 @@ private:
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // Steps in disparity, as multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with
-    // 1.2, some photographs had holes.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
-    std::int32_t dive_of(std::int32_t pixel) const {
-        const std::int32_t hidden = pixel - reach_.count();
-        return hidden < 0 ? 0 : dives_[hidden];
-    }
+    // Steps in disparity, as multiples of the threshold. seal_gap lies between the last pixel of a hidden surface and the surface
+    // at which it ends.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, seal_gap = 0.3F;
 
     // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
@@ -16213,9 +16414,9 @@ private:
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;     // maximum length of a dive in pixels
+    front_lookup fronts_;
+    buffer<seal> seals_;            // ends of surfaces, closed by merge()
     buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
-    buffer<std::int32_t> dives_;    // per hidden pixel: length of the dive up to this pixel; 0 outside dives
 };
 
 }}}  // namespace ldi::detail
@@ -16262,10 +16463,11 @@ struct expanded_layers {
 /// [0.001, 1].
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average over the
-/// pixels that it grew from, or lower: it is farther than the photo's pixel at its position by more than surface_rule::max_step.
-/// All other columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up
-/// to about twice the threshold, so that growing surfaces at similar depth become one. A surface that can't be linked to another
-/// continues beneath it for a few pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
+/// pixels that it grew from, and farther than the photo's pixel at its position by more than surface_rule::max_step. All other
+/// columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about
+/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets another one at similar depth,
+/// but cannot be linked to it, ends there. Its last pixel is only 0.3 thresholds behind the other surface, so that no camera sees
+/// a gap between the two; its disparity may be slightly below 0.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
@@ -17202,7 +17404,6 @@ template <std::size_t Channels, class Value, class BeforeSolving, class Store>
 void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
-    solver.start();
     solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
     buffer<std::int32_t> cell_of(g.size(), unset);  // per unknown pixel; not set for known pixels
     for_each_unknown(known, [&](std::int32_t i) {
@@ -18613,7 +18814,8 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows charts one after the other. Each lattice position stores the last pixel of any chart that was placed there, so that
+/// Grows charts one after the other, each in two alternating steps: all pixels that no other surface is near, then the nearest
+/// contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that
 /// nothing must be cleared between charts.
 class chart_grower {
 public:
@@ -18680,13 +18882,22 @@ private:
         current_ = result_.charts.count();
         left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
         queue_.clear();
-        add_strip(seed, graph_.x()[seed], graph_.y()[seed]);
         std::int64_t pixels = 0;
-        for (std::size_t next = 0; next < queue_.size(); ++next) {
-            const strip r = queue_[next];
-            pixels += r.count;
-            grow_from(r, graph_.up(), r.y - 1);
-            grow_from(r, graph_.down(), r.y + 1);
+        visit(seed, graph_.x()[seed], graph_.y()[seed]);
+        for (std::size_t next = 0;;) {
+            for (; next < queue_.size(); ++next) {
+                const strip r = queue_[next];
+                pixels += r.count;
+                grow_from(r, graph_.up(), r.y - 1);
+                grow_from(r, graph_.down(), r.y + 1);
+            }
+            const std::int32_t pixel = nearest_contested();
+            if (pixel == no_pixel) break;
+            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
+            if (!fits_box(x, y) || occupant(x, y) != no_pixel || !is_clear_of_other_surfaces(pixel, x, y)) continue;
+            accept(pixel, x, y);
+            ++pixels;
+            for (const side s : all_sides) visit(graph_.neighbor(pixel, s), x + step_x(s), y + step_y(s));
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
@@ -18700,35 +18911,73 @@ private:
             // Among pixels adjacent in memory, `++pixel` does not have to wait until the link to the right is loaded.
             const std::int32_t first = pixel;
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
-            for (std::int32_t p = first; p <= pixel; ++p, ++x)
-                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
+            for (std::int32_t p = first; p <= pixel; ++p, ++x) visit(links[p], x, y);
         }
     }
 
-    /// Adds a pixel that may join the chart. Extends the strip to the right and to the left along links while the pixels there
-    /// may join, too.
+    /// Adds a free pixel to the chart, and those to its right and left; contested pixels wait.
+    void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        if (pixel == no_pixel || chart_of(pixel) >= 0) return;
+        if (near_other_[at(x, y)] != 0)
+            wait(pixel);
+        else if (fits_box(x, y))
+            add_strip(pixel, x, y);
+    }
+
+    /// Adds a pixel that is the only one at its position. Extends the strip to the right and to the left along links.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
         for (std::int32_t last = pixel;; ++r.count) {
             last = graph_.right()[last];
-            if (!may_join(last, x + r.count, y)) break;
+            if (!may_extend(last, x + r.count, y)) break;
             accept(last, x + r.count, y);
         }
         for (;; ++r.count, --r.x) {
             const std::int32_t before = graph_.left()[r.first];
-            if (!may_join(before, r.x - 1, y)) break;
+            if (!may_extend(before, r.x - 1, y)) break;
             accept(before, r.x - 1, y);
             r.first = before;
         }
         queue_.push_back(r);
     }
 
-    bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    bool may_extend(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
-        if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
-        if (near_other_[at(x, y)] == 0) return true;  // the only pixel at its position, and no other surface is near
-        return occupant(x, y) == no_pixel && is_clear_of_other_surfaces(pixel, x, y);
+        if (near_other_[at(x, y)] == 0) return fits_box(x, y);
+        wait(pixel);
+        return false;
+    }
+
+    bool fits_box(std::int32_t x, std::int32_t y) const {
+        return right_ - x < cap_x_ && x - left_ < cap_x_ && bottom_ - y < cap_y_ && y - top_ < cap_y_;
+    }
+
+    /// Queues a contested pixel, once per chart: a chart that cannot accept it now cannot accept it later.
+    void wait(std::int32_t pixel) {
+        const std::int32_t mark = -2 - current_;
+        if (chart_of(pixel) == mark) return;
+        chart_of(pixel) = mark;
+        const std::int32_t level = level_of(disparity_[pixel]);
+        waiting_[static_cast<std::size_t>(level)].push_back(pixel);
+        nearest_ = (std::min)(nearest_, level);
+    }
+
+    static std::int32_t level_of(float disparity) {
+        const float farness = (1.0F - disparity) * 200.0F;
+        return farness < 0.0F ? 0 : farness < nearest_float(levels - 1) ? static_cast<std::int32_t>(farness) : levels - 1;
+    }
+
+    /// Removes the nearest contested pixel from the queue; returns no_pixel if none is left.
+    std::int32_t nearest_contested() {
+        for (; nearest_ < levels; ++nearest_) {
+            buffer<std::int32_t>& here = waiting_[static_cast<std::size_t>(nearest_)];
+            if (here.empty()) continue;
+            const std::int32_t pixel = here.back();
+            here.pop_back();
+            return pixel;
+        }
+        return no_pixel;
     }
 
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
@@ -18818,6 +19067,9 @@ private:
     std::int32_t cell_columns_;
     buffer<cell> cells_;
     buffer<strip> queue_;
+    static constexpr std::int32_t levels = 256;         // of disparity, from 1 down to -0.28
+    std::array<buffer<std::int32_t>, levels> waiting_;  // contested pixels beside the current chart, nearest level first
+    std::int32_t nearest_ = levels;                     // first level with a pixel
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
 };
@@ -18832,6 +19084,9 @@ private:
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
+// Pixels that constraints 1 and 3 may keep out of a chart join it last, the nearest first. The surface that the photo shows then
+// stays in one piece, and only the surfaces behind it are divided. (In breadth-first order, the background's hidden part arrived
+// under the end of a silhouette before the surface in front did, and cut a piece out of it.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
 // would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
 // it.
@@ -23463,7 +23718,6 @@ private:
     void diffuse() {
         constexpr int rounds = 8;
         diffusion<3> solver;  // numbers its cells from 1
-        solver.start();
         for (std::int32_t i = 0; i < cells_.count(); ++i) {
             const auto [place, above] = cells_[i];
             const std::int32_t number =
