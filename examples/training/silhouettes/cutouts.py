@@ -15,8 +15,9 @@ import numpy as np
 import torch
 
 SIDE = 320  # input size of U2Netp
-MIN_SHARE, MAX_SHARE, MAX_DOUBT = 0.04, 0.8, 0.2  # range of the covered share of the photograph; maximum share of the mask that is neither 0 nor 1
-MEAN, SPREAD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+MIN_SHARE, MAX_SHARE = 0.04, 0.8  # range of the object's share of the photograph
+MAX_DOUBT = 0.2  # maximum share of the mask that is neither 0 nor 1
+MEAN, SPREAD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # of the colors with which U2Netp was trained, per channel
 
 
 def main():

@@ -56,7 +56,7 @@ export class FlatFrame {
         this.pivot = 2 / (1 / nearest + 1 / farthest);
         /** At this distance to the side, the nearest and the farthest surface have moved by the part of the border that is for sideways motion. */
         this.farthestAside = photo.isPastFrame ? asideWithin(photo.budget) : (sideways * border) / (1 / nearest - 1 / this.pivot);
-        // Limits photos with little depth, which the viewer could otherwise see from the side.
+        // Limits sideways motion for photos with little depth.
         this.farthestAside = Math.min(this.farthestAside, 0.35 * this.pivot);
         this.farthestIn = wayIn * photo.nearest;
         /** At this distance back, the nearest surface has shrunk by the rest of the border. */

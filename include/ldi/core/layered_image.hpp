@@ -214,7 +214,9 @@ public:
         const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
-            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
+            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
+                  std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
+                      std::to_string(grown.topology.size()) + " in the graph, and pieces that don't match");
         layered_image result;
         const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);

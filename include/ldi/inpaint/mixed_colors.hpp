@@ -66,8 +66,8 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring stays known. From there toward the edge, a pixel becomes unknown if a neighbor in the next outer ring
-    // stays known or is refillable.
+    // The outermost ring stays known. From there toward the edge, a visited pixel is refillable if a neighbor in the next outer
+    // ring is. Refillable pixels of the inner rings become unknown.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;

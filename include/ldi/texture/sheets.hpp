@@ -42,7 +42,9 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
         raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
-              "another atlas");
+              "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
+                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") of " + std::to_string(atlas.kind.width()) +
+                  " x " + std::to_string(atlas.kind.height()));
 }
 
 }  // namespace detail
@@ -79,7 +81,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
               std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
     if (atlas.placements.size() != charts.charts.size())
-        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of " + std::to_string(charts.charts.size()) + " charts",
+              std::to_string(atlas.placements.size()) + " charts");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));

@@ -25,7 +25,7 @@ struct texture_cells {
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
     buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
-    buffer<std::int32_t> above, below;             ///< per cell: the linked cell there, or the cell itself
+    buffer<std::int32_t> above, below;             ///< per cell: the linked cell above or below; the cell itself if there is none
     buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 
     std::int32_t count() const { return pixel.count(); }

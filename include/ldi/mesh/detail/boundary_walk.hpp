@@ -143,8 +143,8 @@ public:
     }
 
     /// Visits all pixels that share the corner `c`: those that links connect around its lattice point, even across charts. The
-    /// order is the same whichever of these pixels `c` names. Returns the first pixel's corner, which identifies the shared
-    /// corner.
+    /// order does not depend on which of these pixels `c` refers to. Returns the first pixel's corner, which identifies the
+    /// shared corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;

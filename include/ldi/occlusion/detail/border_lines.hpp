@@ -51,11 +51,10 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, from the inner side of the rim outwards, then the
-    /// sources of the `count` pixels by which the surface continues past the border. A source is the pixel whose color a pixel
-    /// shows. The sources follow a path that starts inside the rim and leads inwards, so that they mirror the photo. It shifts
-    /// along the border so that lines with the given slope continue straight, and turns back where the surface ends. Returns the
-    /// number of pixels for the rim: 0 if the surface ends inside the rim.
+    /// Appends the rim's sources at the border pixel `start`, inner side first, then those of the `count` pixels past the border.
+    /// A source is the pixel whose color is copied. The path of the sources mirrors the photo: it leads inward from the rim,
+    /// along lines of the given slope, and turns back where the surface ends. Returns the number of rim pixels, or 0 if the
+    /// surface ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -84,8 +83,8 @@ private:
     struct sums {
         float inwards_along = 0, along_along = 0, inwards_inwards = 0;
 
-        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` draw it toward 0: for
-        /// lines nearly parallel to the border, and for noise.
+        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` regularize it toward 0,
+        /// because lines nearly parallel to the border and noise make it unreliable.
         float slope() const {
             const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
             return std::clamp(-inwards_along / squares, -1.5F, 1.5F);

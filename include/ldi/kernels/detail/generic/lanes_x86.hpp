@@ -43,8 +43,7 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(spread(r.scale)),
-          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
-          // depend on the value.
+          // If the zero point is 0, negative results clamp to 0 for either sign of the offset, so one sign serves all values.
           offset(spread(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(spread(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(r.zero_point))) {}

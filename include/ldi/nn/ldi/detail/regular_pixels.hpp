@@ -132,11 +132,11 @@ public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
-        : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
+        : radius_(kernel_size / 2), g_(g), regular_(g.size()), continues_(g.size()) {
         pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
-        goes_on_ = has_right;
+        continues_ = has_right;
         regular_.set(0, g.count(), true);
         for (std::int32_t w = 0; w < regular_.word_count(); ++w)
             for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
@@ -154,8 +154,8 @@ public:
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
         for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
             const std::int32_t i = w * 64;
-            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & goes_on_.from(i - 1)), w, firsts);
-            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & goes_on_.word(w)), w, lasts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & continues_.from(i - 1)), w, firsts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & continues_.word(w)), w, lasts);
         }
         for (std::size_t s = 0; s < firsts.size(); ++s) {
             rows[radius_] = firsts[s];
@@ -183,7 +183,7 @@ private:
     }
 
     /// Clears the bits in `regular_` of pixels whose half spine toward one side, up or down, is incomplete or has an incomplete
-    /// rib. Clears the bits in `goes_on_` of pixels whose half spine is not adjacent in memory to the next
+    /// rib. Clears the bits in `continues_` of pixels whose half spine is not adjacent in memory to the next
     /// pixel's.
     ///
     /// strips  links toward that side
@@ -194,7 +194,7 @@ private:
             with_rib = as_seen_from_neighbors(with_rib, strips);
             regular_.keep_common(with_rib);
             if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
-            goes_on_.keep_common(side_by_side);
+            continues_.keep_common(side_by_side);
         }
     }
 
@@ -208,7 +208,9 @@ private:
 private:
     std::int32_t radius_;
     graph_view g_;
-    pixel_bits regular_, goes_on_;  // goes_on_: each pixel of the spine is adjacent in memory to that of the next pixel's spine
+    pixel_bits regular_;
+    pixel_bits
+        continues_;  // per pixel: whether each pixel of its spine is followed in memory by that of the right neighbor's spine
 };
 
 }}}  // namespace ldi::detail
