@@ -53,7 +53,8 @@ if [ -n "$before" ]; then # a copy, because the file may be build/bench/results.
     cp "$before" "$earlier"
 fi
 # ldi_bench reads its options in order: those of the caller, which come last, override the defaults.
-build/release/bench/ldi_bench "${defaults[@]}" "${options[@]}" "--benchmark_context=revision=$(revision)" --benchmark_out=build/bench/new_results.json --benchmark_out_format=json
+build/release/bench/ldi_bench "${defaults[@]}" "${options[@]}" "--benchmark_context=revision=$(revision)" \
+    "--benchmark_context=processor=$(python3 bench/table.py --processor)" --benchmark_out=build/bench/new_results.json --benchmark_out_format=json
 mv build/bench/new_results.json build/bench/results.json
 python3 bench/table.py build/bench/results.json >build/bench/table.md
 if [ "$readme" = 1 ]; then
@@ -61,6 +62,7 @@ if [ "$readme" = 1 ]; then
     { printf '# All benchmarks\n\nWritten by `bench/run.sh --readme`. [How to read it](../README.md).\n\n'; cat build/bench/table.md; } >bench/notes/table.md
 fi
 if [ -n "$before" ]; then
+    python3 bench/table.py build/bench/results.json --same "$earlier"
     compare=$(command -v compare.py || printf '%s' /usr/share/benchmark/compare.py)
     /usr/bin/python3 "$compare" --no-color benchmarks "$earlier" build/bench/results.json
 fi

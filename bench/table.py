@@ -3,12 +3,15 @@
 
     table.py RESULTS.json                    all rows, to standard output
     table.py RESULTS.json --readme FILE.md   the rows that fit a page, between the markers of FILE.md
+    table.py --processor                     the name of this processor, which bench/run.sh stores with the results
+    table.py RESULTS.json --same BEFORE.json a warning unless both were measured on the same processor
 
-Time is the median processor time of the repetitions, except for steps/, which are timed by the clock. The table names the machine, the
-revision and the date."""
+Time is the median processor time of the repetitions, except for steps/, which are timed by the clock. The table names the processor, the
+revision and the date of the measurement. A spread above 10 % is bold."""
 
 import json
 import re
+import statistics
 import sys
 from pathlib import Path
 
@@ -21,24 +24,24 @@ def zen(info):
         return ""
     family, model = int(info["cpu family"]), int(info["model"])
     if family == 26:
-        return ", Zen 5"
+        return " Zen 5"
     if family == 25:  # models 0 to 15, 32 to 95: Zen 3
-        return ", Zen 4" if model // 16 in (1, 6, 7, 10) else ", Zen 3"
+        return " Zen 4" if model // 16 in (1, 6, 7, 10) else " Zen 3"
     return ""
 
 
 def processor():
-    """The processor's name, with generation, family and model."""
+    """The name of this processor, with generation, family and model, and without commas, which Google Benchmark would split at."""
     try:
         info = dict(re.findall(r"^([^\t:]+)\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE))
     except OSError:
         info = {}
     name = info.get("model name", "unknown processor")
-    return f"{name}{zen(info)} (family {info['cpu family']}, model {info['model']})" if "cpu family" in info else name
+    return f"{name}{zen(info)} (family {info['cpu family']} model {info['model']})" if "cpu family" in info else name.replace(",", "")
 
 
-def median(values):
-    return sorted(values)[len(values) // 2]
+def measured_on(context):
+    return context.get("processor", "processor not recorded")
 
 
 def read(path):
@@ -52,10 +55,10 @@ def read(path):
     for name, repeated in runs.items():
         row = dict(repeated[0])
         times = [r["real_time" if name.endswith("/manual_time") else "cpu_time"] for r in repeated]
-        row["time"], row["spread"] = median(times), max(times) / min(times) - 1
+        row["time"], row["spread"] = statistics.median(times), max(times) / min(times) - 1
         for rate in ("GMAC/s", "GB/s", "Mpixel/s", "share_of_peak"):
             if rate in row:
-                row[rate] = median([r[rate] for r in repeated])
+                row[rate] = statistics.median([r[rate] for r in repeated])
         row["name"], row["runs"] = name.removesuffix("/manual_time").split("/iterations:")[0], len(repeated)
         rows.append(row)
     return content["context"], rows
@@ -73,7 +76,10 @@ def time_text(microseconds):
 
 
 def spread_text(row):
-    return f"{100 * row['spread']:.0f} %" if row["runs"] > 1 else ""
+    if row["runs"] < 2:
+        return ""
+    text = f"{100 * row['spread']:.0f} %"
+    return f"**{text}**" if row["spread"] > 0.1 else text
 
 
 def rate_text(row):
@@ -99,7 +105,7 @@ def heading(context, rows):
     peaks = [f"{name[5:]}: {float(value):.0f}" for name, value in context.items() if name.startswith("peak ")]
     build = f"{context['compiler'].strip()}, release preset" if "compiler" in context else "compiler unknown"
     load = f", load {context['load_avg'][0]:.1f} at the start" if context.get("load_avg") else ""
-    return (f"{processor()}{load}; {build}; revision {context.get('revision', 'unknown')}, {context['date'][:10]}. Processor time on one thread "
+    return (f"{measured_on(context)}{load}; {build}; revision {context.get('revision', 'unknown')}, {context['date'][:10]}. Processor time on one thread "
             f"(elapsed time for steps/), medians of {max(r['runs'] for r in rows)} runs; spread: how much the longest exceeds the "
             "shortest. Measured peaks: " + "; ".join(peaks) + ".")
 
@@ -166,7 +172,15 @@ def short(rows, sets):
 
 
 def main(arguments):
+    if arguments == ["--processor"]:
+        print(processor())
+        return
     context, rows = read(arguments[0])
+    if arguments[1:2] == ["--same"]:
+        here, before = measured_on(context), measured_on(read(arguments[2])[0])
+        if here != before:
+            print(f"warning: these results are of {here}, the earlier ones of {before}; their ratio does not compare the code", file=sys.stderr)
+        return
     sets = [s for s in ("scalar", "avx2", "avxvnni", "avx512vnni", "neon", "wasm")
             if any(r["name"].endswith("/" + s) for r in rows)]
     if len(arguments) == 1:

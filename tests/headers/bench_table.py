@@ -1,0 +1,40 @@
+#!/usr/bin/env python3
+"""Checks the table of bench/run.sh: it names the processor of the measurement, not this one, and marks rows with a large spread."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+TABLE = Path(__file__).resolve().parent.parent.parent / "bench/table.py"
+
+
+def results(folder, name, processor, times):
+    """Writes results of one benchmark, with one repetition per time."""
+    context = {"date": "2026-01-02T03:04:05", "revision": "abc"} | ({"processor": processor} if processor else {})
+    runs = [{"name": "nn/add", "run_name": "nn/add", "run_type": "iteration", "cpu_time": t, "real_time": t} for t in times]
+    path = Path(folder) / name
+    path.write_text(json.dumps({"context": context, "benchmarks": runs}), encoding="utf-8")
+    return path
+
+
+def table(*arguments):
+    done = subprocess.run([sys.executable, TABLE, *arguments], check=True, capture_output=True, text=True)
+    return done.stdout + done.stderr
+
+
+with tempfile.TemporaryDirectory() as folder:
+    even = results(folder, "even.json", "some processor", [1000, 1040, 1060, 1090])
+    noisy = results(folder, "noisy.json", "other processor", [1000, 1200, 1300])
+    unnamed = results(folder, "unnamed.json", None, [1000])
+    checks = {"the processor is that of the measurement": table(even).startswith("some processor;"),
+              "a missing processor is not replaced by this one": table(unnamed).startswith("processor not recorded;"),
+              "of an even number of runs, the median is the mean of the middle two": "| 1.05 ms | 9 % |" in table(even),
+              "a spread above 10 % is bold": "| 1.2 ms | **30 %** |" in table(noisy),
+              "a comparison of two processors is a warning": "warning" in table(even, "--same", noisy) and not table(even, "--same", even),
+              "the processor's name has no commas": "," not in table("--processor")}
+wrong = [fact for fact, holds in checks.items() if not holds]
+if wrong:
+    sys.exit("wrong: " + "; ".join(wrong))
+print(f"{len(checks)} facts hold")
