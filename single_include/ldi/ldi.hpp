@@ -2084,7 +2084,9 @@ public:
         const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
-            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
+            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
+                  std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
+                      std::to_string(grown.topology.size()) + " in the graph, and pieces that don't match");
         layered_image result;
         const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
@@ -4607,8 +4609,7 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(spread(r.scale)),
-          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
-          // depend on the value.
+          // If the zero point is 0, negative results clamp to 0 for either sign of the offset, so one sign serves all values.
           offset(spread(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(spread(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(r.zero_point))) {}
@@ -4776,8 +4777,7 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(spread(r.scale)),
-          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
-          // depend on the value.
+          // If the zero point is 0, negative results clamp to 0 for either sign of the offset, so one sign serves all values.
           offset(spread(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(spread(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(r.zero_point))) {}
@@ -9476,11 +9476,11 @@ public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
-        : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
+        : radius_(kernel_size / 2), g_(g), regular_(g.size()), continues_(g.size()) {
         pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
-        goes_on_ = has_right;
+        continues_ = has_right;
         regular_.set(0, g.count(), true);
         for (std::int32_t w = 0; w < regular_.word_count(); ++w)
             for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
@@ -9498,8 +9498,8 @@ public:
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
         for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
             const std::int32_t i = w * 64;
-            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & goes_on_.from(i - 1)), w, firsts);
-            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & goes_on_.word(w)), w, lasts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & continues_.from(i - 1)), w, firsts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & continues_.word(w)), w, lasts);
         }
         for (std::size_t s = 0; s < firsts.size(); ++s) {
             rows[radius_] = firsts[s];
@@ -9527,7 +9527,7 @@ private:
     }
 
     /// Clears the bits in `regular_` of pixels whose half spine toward one side, up or down, is incomplete or has an incomplete
-    /// rib. Clears the bits in `goes_on_` of pixels whose half spine is not adjacent in memory to the next
+    /// rib. Clears the bits in `continues_` of pixels whose half spine is not adjacent in memory to the next
     /// pixel's.
     ///
     /// strips  links toward that side
@@ -9538,7 +9538,7 @@ private:
             with_rib = as_seen_from_neighbors(with_rib, strips);
             regular_.keep_common(with_rib);
             if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
-            goes_on_.keep_common(side_by_side);
+            continues_.keep_common(side_by_side);
         }
     }
 
@@ -9552,7 +9552,9 @@ private:
 private:
     std::int32_t radius_;
     graph_view g_;
-    pixel_bits regular_, goes_on_;  // goes_on_: each pixel of the spine is adjacent in memory to that of the next pixel's spine
+    pixel_bits regular_;
+    pixel_bits
+        continues_;  // per pixel: whether each pixel of its spine is followed in memory by that of the right neighbor's spine
 };
 
 }}}  // namespace ldi::detail
@@ -16739,11 +16741,10 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, from the inner side of the rim outwards, then the
-    /// sources of the `count` pixels by which the surface continues past the border. A source is the pixel whose color a pixel
-    /// shows. The sources follow a path that starts inside the rim and leads inwards, so that they mirror the photo. It shifts
-    /// along the border so that lines with the given slope continue straight, and turns back where the surface ends. Returns the
-    /// number of pixels for the rim: 0 if the surface ends inside the rim.
+    /// Appends the rim's sources at the border pixel `start`, inner side first, then those of the `count` pixels past the border.
+    /// A source is the pixel whose color is copied. The path of the sources mirrors the photo: it leads inward from the rim,
+    /// along lines of the given slope, and turns back where the surface ends. Returns the number of rim pixels, or 0 if the
+    /// surface ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -16772,8 +16773,8 @@ private:
     struct sums {
         float inwards_along = 0, along_along = 0, inwards_inwards = 0;
 
-        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` draw it toward 0: for
-        /// lines nearly parallel to the border, and for noise.
+        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` regularize it toward 0,
+        /// because lines nearly parallel to the border and noise make it unreliable.
         float slope() const {
             const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
             return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
@@ -17933,8 +17934,8 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring stays known. From there toward the edge, a pixel becomes unknown if a neighbor in the next outer ring
-    // stays known or is refillable.
+    // The outermost ring stays known. From there toward the edge, a visited pixel is refillable if a neighbor in the next outer
+    // ring is. Refillable pixels of the inner rings become unknown.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -18099,7 +18100,7 @@ struct texture_cells {
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
     buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
-    buffer<std::int32_t> above, below;             ///< per cell: the linked cell there, or the cell itself
+    buffer<std::int32_t> above, below;             ///< per cell: the linked cell above or below; the cell itself if there is none
     buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 
     std::int32_t count() const { return pixel.count(); }
@@ -19931,7 +19932,9 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
         raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
-              "another atlas");
+              "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
+                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") of " + std::to_string(atlas.kind.width()) +
+                  " x " + std::to_string(atlas.kind.height()));
 }
 
 }  // namespace detail
@@ -19968,7 +19971,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
               std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
     if (atlas.placements.size() != charts.charts.size())
-        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of " + std::to_string(charts.charts.size()) + " charts",
+              std::to_string(atlas.placements.size()) + " charts");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
@@ -20180,8 +20184,8 @@ public:
     }
 
     /// Visits all pixels that share the corner `c`: those that links connect around its lattice point, even across charts. The
-    /// order is the same whichever of these pixels `c` names. Returns the first pixel's corner, which identifies the shared
-    /// corner.
+    /// order does not depend on which of these pixels `c` refers to. Returns the first pixel's corner, which identifies the
+    /// shared corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
@@ -20881,8 +20885,8 @@ private:
 //
 // As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
 // edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
-// with even spacing the error is several times as large for the same number of triangles. Second, single vertices lie between
-// the studs where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance
+// with even spacing the error is several times as large for the same number of triangles. Second, extra vertices between
+// the studs mark bends of disparity along evenly spaced rows. Without them, everything upright and narrower than the distance
 // between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
 // the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
 // outline, so outlines need no extra vertices.
@@ -21172,7 +21176,7 @@ struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
     buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< per edge: whether the last split created it
+    buffer<std::uint8_t> fresh;  ///< per edge: whether the most recent pass made it by splitting another
 
     void assign(const chart_outlines& outlines, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
