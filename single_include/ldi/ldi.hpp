@@ -19109,7 +19109,7 @@ struct chart_options {
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
-/// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 18 bytes per pixel
+/// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 25 bytes per pixel
 /// and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
