@@ -19,24 +19,35 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
+/// A position in the weights of a layer: the order of the terms, and their values.
+struct gemm_terms {
+    const std::uint32_t* order;
+    const std::int8_t* values;
+};
+
 /// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
-    const std::uint32_t* order;
-    const std::int8_t* weights;
+    gemm_terms weights;
     const std::int32_t* bias;
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
+    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
     void skip(std::size_t lanes) {
         for (std::size_t s = 0; s < segment_count; ++s) {
-            const std::size_t terms = 2 * order[0] + order[1];
-            order += 2 + terms;
-            weights += terms * lanes * gemm_group;
+            const std::size_t terms = 2 * weights.order[0] + weights.order[1];
+            weights.order += 2 + terms;
+            weights.values += terms * lanes * gemm_group;
         }
     }
 };
+
+using gemm_vector = __m256i;
+[[gnu::always_inline]] inline __m256i load_sums(const std::int32_t* from) {
+    return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+}
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
@@ -77,11 +88,6 @@ template <std::size_t... p, std::size_t... v>
      ...);
 }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m256i* to, const __m256i* from) {
-    ((to[v] = from[v]), ...);
-}
-
 /// Stores the results of four vectors: 4 pixels with 8 outputs each, or 2 pixels with 16.
 ///
 /// outputs  distance between the results of adjacent pixels: the number of outputs of the layer
@@ -115,25 +121,12 @@ template <std::size_t vectors, class Requantizer, std::size_t... i>
     (store_four<vectors>(sums + 4 * i, requantize, result + 4 / vectors * i * outputs, outputs), ...);
 }
 
-struct gemm_kernel {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        __m256i sums[sizeof...(p) * sizeof...(v)];
-        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-        const std::uint32_t* order = panel.order;
-        const std::size_t stride = panel.pixel_stride;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* const x = panel.segments[s] + first * stride;
-            const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
-            for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
-                add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
-            for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
-        }
+/// Stores the results of a tile.
+struct gemm_results {
+    template <class Panel, class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const __m256i* sums,
+                                             const Panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-        std::uint8_t* const result = panel.result + first * panel.outputs;
         if constexpr (count % 4 == 0)
             if (panel.held == sizeof...(v) * gemm_lanes)
                 return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
@@ -141,6 +134,21 @@ struct gemm_kernel {
     }
 };
 
+struct gemm_kernel : gemm_results {
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   __m256i* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   gemm_terms& weights) {
+        const std::size_t stride = panel.pixel_stride;
+        const std::uint32_t* order = weights.order;
+        const __m256i* values = reinterpret_cast<const __m256i*>(weights.values);
+        const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
+        for (order += 2; order != singles; order += 2, values += 2 * sizeof...(v))
+            add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, values);
+        for (; order != end; ++order, values += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, values);
+        weights = {order, reinterpret_cast<const std::int8_t*>(values)};
+    }
+};
 using gemm_half_kernel = gemm_kernel;
 
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
@@ -186,8 +194,14 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
-                                           {segments, weights.segments, pixel_stride, pixels, weights.order.data(),
-                                            weights.narrow.data(), weights.bias.data(), result, weights.outputs});
+                                           {segments,
+                                            weights.segments,
+                                            pixel_stride,
+                                            pixels,
+                                            {weights.order.data(), weights.narrow.data()},
+                                            weights.bias.data(),
+                                            result,
+                                            weights.outputs});
 }
 
 LDI_END_TARGET

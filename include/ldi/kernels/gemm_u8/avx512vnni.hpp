@@ -32,6 +32,9 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
+using gemm_vector = __m512i;
+[[gnu::always_inline]] inline __m512i load_sums(const std::int32_t* from) { return _mm512_loadu_si512(from); }
+
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
     std::memcpy(&four, inputs, sizeof four);
@@ -62,11 +65,6 @@ template <bool last_is_half, std::size_t... p, std::size_t... v>
     (multiply_add<last_is_half>(vectors, sums + p * sizeof...(v), spread_four(inputs + p * stride), w), ...);
 }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m512i* to, const __m512i* from) {
-    ((to[v] = from[v]), ...);
-}
-
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, __mmask64 mask,
                                                std::uint8_t* result) {
@@ -92,25 +90,22 @@ template <class Requantizer, std::size_t... i>
 
 template <bool last_is_half>
 struct gemm_kernel_of {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        __m512i sums[sizeof...(p) * sizeof...(v)];
-        const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const std::int8_t* weights = panel.weights;
-        const std::size_t stride = panel.pixel_stride, groups = panel.groups;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* x = panel.segments[s] + first * stride;
-            for (std::size_t g = 0; g < groups; ++g) {
-                multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
-                x += gemm_group;
-                weights += sizeof...(v) * gemm_lanes * gemm_group;
-            }
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   __m512i* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   const std::int8_t*& weights) {
+        for (std::size_t g = 0; g < panel.groups; ++g) {
+            multiply_add<last_is_half>(pixels, vectors, sums, x, panel.pixel_stride, weights);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
+    }
+
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const __m512i* sums,
+                                             const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
         constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
-        std::uint8_t* const result = panel.result + first * panel.outputs;
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);

@@ -38,35 +38,25 @@ template <std::size_t... v>
 /// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
-                                                const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
-    const __m256i w[] = {_mm256_load_si256(weights + v)...};
+                                                const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
+    const __m256i w[] = {_mm256_load_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
     (multiply_add(vectors, sums + p * sizeof...(v), avx2::spread_four(inputs + p * stride), w), ...);
 }
 
-struct gemm_kernel {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        __m256i sums[sizeof...(p) * sizeof...(v)];
-        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-        (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
-        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-        const std::size_t stride = panel.pixel_stride;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* x = panel.segments[s] + first * stride;
-            for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
-                multiply_add(pixels, vectors, sums, x, stride, weights);
+using avx2::gemm_vector, avx2::load_sums;
+
+struct gemm_kernel : avx2::gemm_results {
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   __m256i* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   const std::int8_t*& weights) {
+        for (std::size_t g = 0; g < panel.groups; ++g) {
+            multiply_add(pixels, vectors, sums, x, panel.pixel_stride, weights);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
-        constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-        std::uint8_t* const result = panel.result + first * panel.outputs;
-        if constexpr (count % 4 == 0)
-            if (panel.held == sizeof...(v) * gemm_lanes)
-                return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
-                                                        panel.outputs);
-        (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
     }
 };
-
 using gemm_half_kernel = gemm_kernel;
 
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>

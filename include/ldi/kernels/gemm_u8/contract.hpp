@@ -65,6 +65,7 @@ struct panel_of_groups {
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
+    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 

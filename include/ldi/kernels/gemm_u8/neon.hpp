@@ -37,6 +37,9 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
+using gemm_vector = int32x4_t;
+[[gnu::always_inline]] inline int32x4_t load_sums(const std::int32_t* from) { return load(from); }
+
 /// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
 [[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
@@ -71,11 +74,6 @@ template <int... group, std::size_t... p, std::size_t... v>
     weights += sizeof...(group) * sizeof...(v) * 16;
 }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, int32x4_t* to, const int32x4_t* from) {
-    ((to[v] = from[v]), ...);
-}
-
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_pixel(const int32x4_t* sums, const Requantizer& requantize, std::size_t held,
                                                std::uint8_t* result) {
@@ -84,24 +82,20 @@ template <std::size_t vectors, class Requantizer>
 }
 
 struct gemm_kernel {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        int32x4_t sums[sizeof...(p) * sizeof...(v)];
-        const int32x4_t start[] = {load(panel.bias + v * gemm_lanes)...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const std::int8_t* weights = panel.weights;
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   int32x4_t* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   const std::int8_t*& weights) {
         const std::size_t stride = panel.pixel_stride;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* x = panel.segments[s] + first * stride;
-            for (std::size_t g = panel.groups / 4; g > 0; --g)
-                multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-            if (panel.groups % 4 >= 2)
-                multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-            if (panel.groups % 2 == 1)
-                multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
-        }
-        std::uint8_t* const result = panel.result + first * panel.outputs;
+        for (std::size_t g = panel.groups / 4; g > 0; --g)
+            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
+        if (panel.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
+        if (panel.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+    }
+
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const int32x4_t* sums,
+                                             const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };

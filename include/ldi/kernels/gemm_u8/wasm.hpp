@@ -61,25 +61,26 @@ struct widened_pixels {
 /// Arguments of gemm_u8() for some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
-    std::size_t pixels;
+    std::size_t segment_count, pixels;
     const std::int16_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
-    void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
+    const std::int16_t* segment(std::size_t s, std::size_t first) const {
+        return input.values + s * input.segment_stride + first * input.pixel_stride;
+    }
+    void skip(std::size_t lanes) { weights += segment_count * input.pairs * lanes * gemm_group; }
 };
+
+using gemm_vector = v128_t;
+[[gnu::always_inline]] inline v128_t load_sums(const std::int32_t* from) { return wasm_v128_load(from); }
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const std::int16_t* inputs,
                                                 const v128_t* weights) {
     const v128_t two = wasm_v128_load32_splat(inputs);
     ((sums[v] = wasm_i32x4_add(sums[v], wasm_i32x4_dot_i16x8(two, weights[v]))), ...);
-}
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, v128_t* to, const v128_t* from) {
-    ((to[v] = from[v]), ...);
 }
 
 template <std::size_t vectors, bool positive>
@@ -90,25 +91,22 @@ template <std::size_t vectors, bool positive>
 }
 
 struct gemm_kernel {
-    template <bool positive, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
-                                            const requantizer<positive>& requantize, std::size_t first) {
-        v128_t sums[sizeof...(p) * sizeof...(v)];
-        const v128_t start[] = {wasm_v128_load(panel.bias + v * gemm_lanes)...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const widened_pixels& input = panel.input;
-        const std::int16_t* weights = panel.weights;
-        const std::size_t stride = input.pixel_stride;
-        for (std::size_t s = 0; s < input.segment_count; ++s) {
-            const std::int16_t* x = input.values + s * input.segment_stride + first * stride;
-            for (std::size_t pair = 0; pair < input.pairs; ++pair) {
-                const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
-                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-                x += gemm_group;
-                weights += sizeof...(v) * gemm_lanes * gemm_group;
-            }
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...>, std::index_sequence<v...> vectors, v128_t* sums,
+                                                   const std::int16_t* x, const gemm_panel& panel, const std::int16_t*& weights) {
+        const std::size_t pairs = panel.input.pairs, stride = panel.input.pixel_stride;
+        for (std::size_t pair = 0; pair < pairs; ++pair) {
+            const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
+            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
-        std::uint8_t* const result = panel.result + first * panel.outputs;
+    }
+
+    template <bool positive, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const v128_t* sums,
+                                             const gemm_panel& panel, const requantizer<positive>& requantize,
+                                             std::uint8_t* result) {
         (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
@@ -124,7 +122,8 @@ inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* 
         input.fill(weights, segments, pixel_stride, done, count);
         gemm_u8_panels<requantizer<true>, requantizer<false>>(
             weights.outputs, weights.fast,
-            {input, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs, weights.outputs});
+            {input, weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
+             weights.outputs});
         done += count;
     }
 }

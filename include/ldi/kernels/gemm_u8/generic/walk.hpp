@@ -3,10 +3,34 @@
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
-//                                    the panel; skip(lanes) moves the weights to the next panel
-//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
+//     gemm_vector, load_sums(from)   gemm_lanes sums, and their load from memory
+//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
+//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
+//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
+//                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
+//                                    stores the results
+//     gemm_half_kernel               the same for tiles whose last vector is at most half full; may equal gemm_kernel
+//
+// Pixels and vectors are index sequences, which unroll all loops over them: the sums of a tile stay in registers.
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy_sums(std::index_sequence<v...>, gemm_vector* to, const gemm_vector* from) {
+    ((to[v] = from[v]), ...);
+}
+
+/// Computes one tile: sizeof...(p) pixels from `first` on, with sizeof...(v) vectors of outputs.
+template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    gemm_vector sums[sizeof...(p) * sizeof...(v)];
+    const gemm_vector start[] = {load_sums(panel.bias + v * gemm_lanes)...};
+    (copy_sums(vectors, sums + p * sizeof...(v), start), ...);
+    auto weights = panel.weights;
+    for (std::size_t s = 0; s < panel.segment_count; ++s)
+        Kernel::add_segment(pixels, vectors, sums, panel.segment(s, first), panel, weights);
+    Kernel::store(pixels, vectors, sums, panel, requantize, panel.result + first * panel.outputs);
+}
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -16,12 +40,12 @@ inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile<Kernel>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        gemm_u8_tile<Kernel>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
