@@ -45,7 +45,7 @@ struct gemm_panel {
 };
 
 using gemm_vector = __m256i;
-[[gnu::always_inline]] inline __m256i load_sums(const std::int32_t* from) {
+[[gnu::always_inline]] inline __m256i load_bias(const std::int32_t* from) {
     return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
 }
 

@@ -33,7 +33,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 using gemm_vector = __m512i;
-[[gnu::always_inline]] inline __m512i load_sums(const std::int32_t* from) { return _mm512_loadu_si512(from); }
+[[gnu::always_inline]] inline __m512i load_bias(const std::int32_t* from) { return _mm512_loadu_si512(from); }
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;

@@ -43,7 +43,7 @@ template <std::size_t... p, std::size_t... v>
     (multiply_add(vectors, sums + p * sizeof...(v), avx2::spread_four(inputs + p * stride), w), ...);
 }
 
-using avx2::gemm_vector, avx2::load_sums;
+using avx2::gemm_vector, avx2::load_bias;
 
 struct gemm_kernel : avx2::gemm_results {
     template <std::size_t... p, std::size_t... v>

@@ -38,7 +38,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
 using gemm_vector = int32x4_t;
-[[gnu::always_inline]] inline int32x4_t load_sums(const std::int32_t* from) { return load(from); }
+[[gnu::always_inline]] inline int32x4_t load_bias(const std::int32_t* from) { return load(from); }
 
 /// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>

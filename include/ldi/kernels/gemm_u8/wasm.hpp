@@ -74,7 +74,7 @@ struct gemm_panel {
 };
 
 using gemm_vector = v128_t;
-[[gnu::always_inline]] inline v128_t load_sums(const std::int32_t* from) { return wasm_v128_load(from); }
+[[gnu::always_inline]] inline v128_t load_bias(const std::int32_t* from) { return wasm_v128_load(from); }
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const std::int16_t* inputs,

@@ -3,7 +3,7 @@
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//     gemm_vector, load_sums(from)   gemm_lanes sums, and their load from memory
+//     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
 //     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
 //                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
 //                                    segment s; skip(lanes) moves the weights to the next panel
@@ -12,7 +12,7 @@
 //                                    stores the results
 //     gemm_half_kernel               the same for tiles whose last vector is at most half full; may equal gemm_kernel
 //
-// Pixels and vectors are index sequences, which unroll all loops over them: the sums of a tile stay in registers.
+// Pixels and vectors are index sequences, so that loops over them are unrolled and the sums of a tile stay in registers.
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void copy_sums(std::index_sequence<v...>, gemm_vector* to, const gemm_vector* from) {
@@ -24,7 +24,7 @@ template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
                                                 const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
     gemm_vector sums[sizeof...(p) * sizeof...(v)];
-    const gemm_vector start[] = {load_sums(panel.bias + v * gemm_lanes)...};
+    const gemm_vector start[] = {load_bias(panel.bias + v * gemm_lanes)...};
     (copy_sums(vectors, sums + p * sizeof...(v), start), ...);
     auto weights = panel.weights;
     for (std::size_t s = 0; s < panel.segment_count; ++s)
