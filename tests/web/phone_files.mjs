@@ -1,6 +1,16 @@
 // Writes JPEG files with depth inside, like phones. tests/io/phone_files.hpp writes the same formats.
 
-import { crc32, deflateSync } from "node:zlib";
+import { deflateSync } from "node:zlib";
+
+/** Checksum of PNG chunks; node:zlib has one only since version 22. @param {Buffer} bytes */
+export function crc32(bytes) {
+    let rest = -1;
+    for (const byte of bytes) {
+        rest ^= byte;
+        for (let bit = 0; bit < 8; ++bit) rest = (rest >>> 1) ^ (rest & 1 ? 0xedb88320 : 0);
+    }
+    return ~rest >>> 0;
+}
 
 const bigEndian = (value, size) => Buffer.from(Array.from({ length: size }, (_, i) => (value >>> (8 * (size - 1 - i))) & 255));
 

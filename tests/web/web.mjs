@@ -7,11 +7,10 @@ import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { dirname, extname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
-import { crc32 } from "node:zlib";
 import { takeApart } from "../viewer/glb.mjs";
 import { PageTests } from "../viewer/page_tests.mjs";
 import { choose, convert, openPage, startBrowser, waitForResult } from "./browsers.mjs";
-import { grayPng, withAppleDepth, withDynamicDepth, withGdepth } from "./phone_files.mjs";
+import { crc32, grayPng, withAppleDepth, withDynamicDepth, withGdepth } from "./phone_files.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const top = join(here, "../..");
