@@ -8039,6 +8039,7 @@ struct panel_of_groups {
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
+    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
@@ -8215,24 +8216,35 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
+/// A position in the weights of a layer: the order of the terms, and their values.
+struct gemm_terms {
+    const std::uint32_t* order;
+    const std::int8_t* values;
+};
+
 /// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
-    const std::uint32_t* order;
-    const std::int8_t* weights;
+    gemm_terms weights;
     const std::int32_t* bias;
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
+    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
     void skip(std::size_t lanes) {
         for (std::size_t s = 0; s < segment_count; ++s) {
-            const std::size_t terms = 2 * order[0] + order[1];
-            order += 2 + terms;
-            weights += terms * lanes * gemm_group;
+            const std::size_t terms = 2 * weights.order[0] + weights.order[1];
+            weights.order += 2 + terms;
+            weights.values += terms * lanes * gemm_group;
         }
     }
 };
+
+using gemm_vector = __m256i;
+[[gnu::always_inline]] inline __m256i load_bias(const std::int32_t* from) {
+    return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+}
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
@@ -8273,11 +8285,6 @@ template <std::size_t... p, std::size_t... v>
      ...);
 }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m256i* to, const __m256i* from) {
-    ((to[v] = from[v]), ...);
-}
-
 /// Stores the results of four vectors: 4 pixels with 8 outputs each, or 2 pixels with 16.
 ///
 /// outputs  distance between the results of adjacent pixels: the number of outputs of the layer
@@ -8311,25 +8318,12 @@ template <std::size_t vectors, class Requantizer, std::size_t... i>
     (store_four<vectors>(sums + 4 * i, requantize, result + 4 / vectors * i * outputs, outputs), ...);
 }
 
-struct gemm_kernel {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        __m256i sums[sizeof...(p) * sizeof...(v)];
-        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-        const std::uint32_t* order = panel.order;
-        const std::size_t stride = panel.pixel_stride;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* const x = panel.segments[s] + first * stride;
-            const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
-            for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
-                add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
-            for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
-        }
+/// Stores the results of a tile.
+struct gemm_results {
+    template <class Panel, class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const __m256i* sums,
+                                             const Panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-        std::uint8_t* const result = panel.result + first * panel.outputs;
         if constexpr (count % 4 == 0)
             if (panel.held == sizeof...(v) * gemm_lanes)
                 return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
@@ -8337,6 +8331,21 @@ struct gemm_kernel {
     }
 };
 
+struct gemm_kernel : gemm_results {
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   __m256i* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   gemm_terms& weights) {
+        const std::size_t stride = panel.pixel_stride;
+        const std::uint32_t* order = weights.order;
+        const __m256i* values = reinterpret_cast<const __m256i*>(weights.values);
+        const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
+        for (order += 2; order != singles; order += 2, values += 2 * sizeof...(v))
+            add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, values);
+        for (; order != end; ++order, values += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, values);
+        weights = {order, reinterpret_cast<const std::int8_t*>(values)};
+    }
+};
 using gemm_half_kernel = gemm_kernel;
 
 // Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
@@ -8344,10 +8353,34 @@ using gemm_half_kernel = gemm_kernel;
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
-//                                    the panel; skip(lanes) moves the weights to the next panel
-//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
+//     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
+//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
+//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
+//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
+//                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
+//                                    stores the results
+//     gemm_half_kernel               the same for tiles whose last vector is at most half full; may equal gemm_kernel
+//
+// Pixels and vectors are index sequences, so that loops over them are unrolled and the sums of a tile stay in registers.
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy_sums(std::index_sequence<v...>, gemm_vector* to, const gemm_vector* from) {
+    ((to[v] = from[v]), ...);
+}
+
+/// Computes one tile: sizeof...(p) pixels from `first` on, with sizeof...(v) vectors of outputs.
+template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    gemm_vector sums[sizeof...(p) * sizeof...(v)];
+    const gemm_vector start[] = {load_bias(panel.bias + v * gemm_lanes)...};
+    (copy_sums(vectors, sums + p * sizeof...(v), start), ...);
+    auto weights = panel.weights;
+    for (std::size_t s = 0; s < panel.segment_count; ++s)
+        Kernel::add_segment(pixels, vectors, sums, panel.segment(s, first), panel, weights);
+    Kernel::store(pixels, vectors, sums, panel, requantize, panel.result + first * panel.outputs);
+}
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -8357,12 +8390,12 @@ inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile<Kernel>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        gemm_u8_tile<Kernel>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
@@ -8442,8 +8475,14 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
-                                           {segments, weights.segments, pixel_stride, pixels, weights.order.data(),
-                                            weights.narrow.data(), weights.bias.data(), result, weights.outputs});
+                                           {segments,
+                                            weights.segments,
+                                            pixel_stride,
+                                            pixels,
+                                            {weights.order.data(), weights.narrow.data()},
+                                            weights.bias.data(),
+                                            result,
+                                            weights.outputs});
 }
 
 LDI_END_TARGET
@@ -8476,6 +8515,9 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
+using gemm_vector = __m512i;
+[[gnu::always_inline]] inline __m512i load_bias(const std::int32_t* from) { return _mm512_loadu_si512(from); }
+
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
     std::memcpy(&four, inputs, sizeof four);
@@ -8506,11 +8548,6 @@ template <bool last_is_half, std::size_t... p, std::size_t... v>
     (multiply_add<last_is_half>(vectors, sums + p * sizeof...(v), spread_four(inputs + p * stride), w), ...);
 }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m512i* to, const __m512i* from) {
-    ((to[v] = from[v]), ...);
-}
-
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, __mmask64 mask,
                                                std::uint8_t* result) {
@@ -8536,25 +8573,22 @@ template <class Requantizer, std::size_t... i>
 
 template <bool last_is_half>
 struct gemm_kernel_of {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        __m512i sums[sizeof...(p) * sizeof...(v)];
-        const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const std::int8_t* weights = panel.weights;
-        const std::size_t stride = panel.pixel_stride, groups = panel.groups;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* x = panel.segments[s] + first * stride;
-            for (std::size_t g = 0; g < groups; ++g) {
-                multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
-                x += gemm_group;
-                weights += sizeof...(v) * gemm_lanes * gemm_group;
-            }
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   __m512i* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   const std::int8_t*& weights) {
+        for (std::size_t g = 0; g < panel.groups; ++g) {
+            multiply_add<last_is_half>(pixels, vectors, sums, x, panel.pixel_stride, weights);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
+    }
+
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const __m512i* sums,
+                                             const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
         constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
-        std::uint8_t* const result = panel.result + first * panel.outputs;
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
@@ -8571,10 +8605,34 @@ using gemm_half_kernel = gemm_kernel_of<true>;
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
-//                                    the panel; skip(lanes) moves the weights to the next panel
-//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
+//     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
+//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
+//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
+//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
+//                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
+//                                    stores the results
+//     gemm_half_kernel               the same for tiles whose last vector is at most half full; may equal gemm_kernel
+//
+// Pixels and vectors are index sequences, so that loops over them are unrolled and the sums of a tile stay in registers.
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy_sums(std::index_sequence<v...>, gemm_vector* to, const gemm_vector* from) {
+    ((to[v] = from[v]), ...);
+}
+
+/// Computes one tile: sizeof...(p) pixels from `first` on, with sizeof...(v) vectors of outputs.
+template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    gemm_vector sums[sizeof...(p) * sizeof...(v)];
+    const gemm_vector start[] = {load_bias(panel.bias + v * gemm_lanes)...};
+    (copy_sums(vectors, sums + p * sizeof...(v), start), ...);
+    auto weights = panel.weights;
+    for (std::size_t s = 0; s < panel.segment_count; ++s)
+        Kernel::add_segment(pixels, vectors, sums, panel.segment(s, first), panel, weights);
+    Kernel::store(pixels, vectors, sums, panel, requantize, panel.result + first * panel.outputs);
+}
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -8584,12 +8642,12 @@ inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile<Kernel>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        gemm_u8_tile<Kernel>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
@@ -8714,35 +8772,25 @@ template <std::size_t... v>
 /// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
-                                                const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
-    const __m256i w[] = {_mm256_load_si256(weights + v)...};
+                                                const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
+    const __m256i w[] = {_mm256_load_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
     (multiply_add(vectors, sums + p * sizeof...(v), avx2::spread_four(inputs + p * stride), w), ...);
 }
 
-struct gemm_kernel {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        __m256i sums[sizeof...(p) * sizeof...(v)];
-        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-        (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
-        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-        const std::size_t stride = panel.pixel_stride;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* x = panel.segments[s] + first * stride;
-            for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
-                multiply_add(pixels, vectors, sums, x, stride, weights);
+using avx2::gemm_vector, avx2::load_bias;
+
+struct gemm_kernel : avx2::gemm_results {
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   __m256i* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   const std::int8_t*& weights) {
+        for (std::size_t g = 0; g < panel.groups; ++g) {
+            multiply_add(pixels, vectors, sums, x, panel.pixel_stride, weights);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
-        constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-        std::uint8_t* const result = panel.result + first * panel.outputs;
-        if constexpr (count % 4 == 0)
-            if (panel.held == sizeof...(v) * gemm_lanes)
-                return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
-                                                        panel.outputs);
-        (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
     }
 };
-
 using gemm_half_kernel = gemm_kernel;
 
 // Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
@@ -8750,10 +8798,34 @@ using gemm_half_kernel = gemm_kernel;
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
-//                                    the panel; skip(lanes) moves the weights to the next panel
-//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
+//     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
+//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
+//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
+//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
+//                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
+//                                    stores the results
+//     gemm_half_kernel               the same for tiles whose last vector is at most half full; may equal gemm_kernel
+//
+// Pixels and vectors are index sequences, so that loops over them are unrolled and the sums of a tile stay in registers.
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy_sums(std::index_sequence<v...>, gemm_vector* to, const gemm_vector* from) {
+    ((to[v] = from[v]), ...);
+}
+
+/// Computes one tile: sizeof...(p) pixels from `first` on, with sizeof...(v) vectors of outputs.
+template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    gemm_vector sums[sizeof...(p) * sizeof...(v)];
+    const gemm_vector start[] = {load_bias(panel.bias + v * gemm_lanes)...};
+    (copy_sums(vectors, sums + p * sizeof...(v), start), ...);
+    auto weights = panel.weights;
+    for (std::size_t s = 0; s < panel.segment_count; ++s)
+        Kernel::add_segment(pixels, vectors, sums, panel.segment(s, first), panel, weights);
+    Kernel::store(pixels, vectors, sums, panel, requantize, panel.result + first * panel.outputs);
+}
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -8763,12 +8835,12 @@ inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile<Kernel>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        gemm_u8_tile<Kernel>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
@@ -8850,6 +8922,9 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
+using gemm_vector = int32x4_t;
+[[gnu::always_inline]] inline int32x4_t load_bias(const std::int32_t* from) { return load(from); }
+
 /// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
 [[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
@@ -8884,11 +8959,6 @@ template <int... group, std::size_t... p, std::size_t... v>
     weights += sizeof...(group) * sizeof...(v) * 16;
 }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, int32x4_t* to, const int32x4_t* from) {
-    ((to[v] = from[v]), ...);
-}
-
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_pixel(const int32x4_t* sums, const Requantizer& requantize, std::size_t held,
                                                std::uint8_t* result) {
@@ -8897,24 +8967,20 @@ template <std::size_t vectors, class Requantizer>
 }
 
 struct gemm_kernel {
-    template <class Requantizer, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-        int32x4_t sums[sizeof...(p) * sizeof...(v)];
-        const int32x4_t start[] = {load(panel.bias + v * gemm_lanes)...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const std::int8_t* weights = panel.weights;
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                   int32x4_t* sums, const std::uint8_t* x, const gemm_panel& panel,
+                                                   const std::int8_t*& weights) {
         const std::size_t stride = panel.pixel_stride;
-        for (std::size_t s = 0; s < panel.segment_count; ++s) {
-            const std::uint8_t* x = panel.segments[s] + first * stride;
-            for (std::size_t g = panel.groups / 4; g > 0; --g)
-                multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-            if (panel.groups % 4 >= 2)
-                multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-            if (panel.groups % 2 == 1)
-                multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
-        }
-        std::uint8_t* const result = panel.result + first * panel.outputs;
+        for (std::size_t g = panel.groups / 4; g > 0; --g)
+            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
+        if (panel.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
+        if (panel.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+    }
+
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const int32x4_t* sums,
+                                             const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
@@ -8925,10 +8991,34 @@ using gemm_half_kernel = gemm_kernel;
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
-//                                    the panel; skip(lanes) moves the weights to the next panel
-//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
+//     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
+//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
+//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
+//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
+//                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
+//                                    stores the results
+//     gemm_half_kernel               the same for tiles whose last vector is at most half full; may equal gemm_kernel
+//
+// Pixels and vectors are index sequences, so that loops over them are unrolled and the sums of a tile stay in registers.
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy_sums(std::index_sequence<v...>, gemm_vector* to, const gemm_vector* from) {
+    ((to[v] = from[v]), ...);
+}
+
+/// Computes one tile: sizeof...(p) pixels from `first` on, with sizeof...(v) vectors of outputs.
+template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    gemm_vector sums[sizeof...(p) * sizeof...(v)];
+    const gemm_vector start[] = {load_bias(panel.bias + v * gemm_lanes)...};
+    (copy_sums(vectors, sums + p * sizeof...(v), start), ...);
+    auto weights = panel.weights;
+    for (std::size_t s = 0; s < panel.segment_count; ++s)
+        Kernel::add_segment(pixels, vectors, sums, panel.segment(s, first), panel, weights);
+    Kernel::store(pixels, vectors, sums, panel, requantize, panel.result + first * panel.outputs);
+}
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -8938,12 +9028,12 @@ inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile<Kernel>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        gemm_u8_tile<Kernel>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
@@ -9095,25 +9185,26 @@ struct widened_pixels {
 /// Arguments of gemm_u8() for some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
-    std::size_t pixels;
+    std::size_t segment_count, pixels;
     const std::int16_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
-    void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
+    const std::int16_t* segment(std::size_t s, std::size_t first) const {
+        return input.values + s * input.segment_stride + first * input.pixel_stride;
+    }
+    void skip(std::size_t lanes) { weights += segment_count * input.pairs * lanes * gemm_group; }
 };
+
+using gemm_vector = v128_t;
+[[gnu::always_inline]] inline v128_t load_bias(const std::int32_t* from) { return wasm_v128_load(from); }
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const std::int16_t* inputs,
                                                 const v128_t* weights) {
     const v128_t two = wasm_v128_load32_splat(inputs);
     ((sums[v] = wasm_i32x4_add(sums[v], wasm_i32x4_dot_i16x8(two, weights[v]))), ...);
-}
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, v128_t* to, const v128_t* from) {
-    ((to[v] = from[v]), ...);
 }
 
 template <std::size_t vectors, bool positive>
@@ -9124,25 +9215,22 @@ template <std::size_t vectors, bool positive>
 }
 
 struct gemm_kernel {
-    template <bool positive, std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
-                                            const requantizer<positive>& requantize, std::size_t first) {
-        v128_t sums[sizeof...(p) * sizeof...(v)];
-        const v128_t start[] = {wasm_v128_load(panel.bias + v * gemm_lanes)...};
-        (copy(vectors, sums + p * sizeof...(v), start), ...);
-        const widened_pixels& input = panel.input;
-        const std::int16_t* weights = panel.weights;
-        const std::size_t stride = input.pixel_stride;
-        for (std::size_t s = 0; s < input.segment_count; ++s) {
-            const std::int16_t* x = input.values + s * input.segment_stride + first * stride;
-            for (std::size_t pair = 0; pair < input.pairs; ++pair) {
-                const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
-                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-                x += gemm_group;
-                weights += sizeof...(v) * gemm_lanes * gemm_group;
-            }
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_segment(std::index_sequence<p...>, std::index_sequence<v...> vectors, v128_t* sums,
+                                                   const std::int16_t* x, const gemm_panel& panel, const std::int16_t*& weights) {
+        const std::size_t pairs = panel.input.pairs, stride = panel.input.pixel_stride;
+        for (std::size_t pair = 0; pair < pairs; ++pair) {
+            const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
+            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
-        std::uint8_t* const result = panel.result + first * panel.outputs;
+    }
+
+    template <bool positive, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const v128_t* sums,
+                                             const gemm_panel& panel, const requantizer<positive>& requantize,
+                                             std::uint8_t* result) {
         (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
@@ -9153,10 +9241,34 @@ using gemm_half_kernel = gemm_kernel;
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
-//                                    the panel; skip(lanes) moves the weights to the next panel
-//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
+//     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
+//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
+//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
+//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
+//                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
+//                                    stores the results
+//     gemm_half_kernel               the same for tiles whose last vector is at most half full; may equal gemm_kernel
+//
+// Pixels and vectors are index sequences, so that loops over them are unrolled and the sums of a tile stay in registers.
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy_sums(std::index_sequence<v...>, gemm_vector* to, const gemm_vector* from) {
+    ((to[v] = from[v]), ...);
+}
+
+/// Computes one tile: sizeof...(p) pixels from `first` on, with sizeof...(v) vectors of outputs.
+template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    gemm_vector sums[sizeof...(p) * sizeof...(v)];
+    const gemm_vector start[] = {load_bias(panel.bias + v * gemm_lanes)...};
+    (copy_sums(vectors, sums + p * sizeof...(v), start), ...);
+    auto weights = panel.weights;
+    for (std::size_t s = 0; s < panel.segment_count; ++s)
+        Kernel::add_segment(pixels, vectors, sums, panel.segment(s, first), panel, weights);
+    Kernel::store(pixels, vectors, sums, panel, requantize, panel.result + first * panel.outputs);
+}
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -9166,12 +9278,12 @@ inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile<Kernel>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        gemm_u8_tile<Kernel>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
@@ -9218,7 +9330,8 @@ inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* 
         input.fill(weights, segments, pixel_stride, done, count);
         gemm_u8_panels<requantizer<true>, requantizer<false>>(
             weights.outputs, weights.fast,
-            {input, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs, weights.outputs});
+            {input, weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
+             weights.outputs});
         done += count;
     }
 }
