@@ -104,17 +104,19 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion, options.merges_curves);
-        const int last = (std::min)(options.iterations, expansion->max_iterations());
+        const int expected = expansion->expected_iterations();
         const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
         int done = 0;
-        while (done < last && detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
+        while (done < options.iterations && !expansion->is_finished(done) &&
+               detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
             expansion->run_iteration(done++);
             if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
                 expansion->pixels().show(after_iteration);
-            progress.report("occluded geometry", detail::nearest_float(done - 1) / detail::nearest_float(last));
+            progress.report("occluded geometry",
+                            (std::min)(1.0F, detail::nearest_float(done) / detail::nearest_float(expected + 1)));
         }
-        const int all = expansion->max_iterations();
-        if (done < all) result.motion *= detail::nearest_float(done) / detail::nearest_float(all);
+        if (!expansion->is_finished(done))
+            result.motion *= detail::nearest_float(done) / detail::nearest_float((std::max)(expected, done + 1));
         return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);

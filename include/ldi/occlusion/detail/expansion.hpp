@@ -32,13 +32,14 @@ public:
           curves_(curves),
           merges_curves_(merges_curves),
           reach_(disparity.size(), 0.0F) {
-        const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity);
-        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity, margin,
+        pixels_per_disparity_ = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
+        last_pixels_ = (std::max)(1, static_cast<std::int32_t>(std::ceil(seal_gap * surface.max_step * pixels_per_disparity_)));
+        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity_;
+        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity_);
+        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity_, margin,
                                (std::max)(min_front_range, static_cast<std::int32_t>(range)));
         const auto raise_reach = [&](std::int32_t back, float step) {
-            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
+            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity_ + margin);
         };
         for (const discontinuity_curve& curve : curves) {
             const std::int32_t last = curve.sides.count() - 1;
@@ -79,8 +80,11 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Maximum number of iterations. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
-    int max_iterations() const {
+    /// Whether no surface can grow any further. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
+    bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
+
+    /// Approximate number of iterations until growth is finished. Surfaces that recede behind the front need more.
+    int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
         return static_cast<int>(std::ceil(1.5F * farthest));
@@ -90,10 +94,10 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.toward_front);
+                for (const discontinuity& d : curves_[c].sides) grow({c, d.back, 0}, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
-                for (side s : all_sides) grow(f.curve, f.pixel, s);
+                for (side s : all_sides) grow(f, s);
         }
         front_.swap(created_);
     }
@@ -119,9 +123,13 @@ private:
     // Minimum distance in pixels up to which fronts around a hidden pixel are considered (front_lookup).
     static constexpr std::int32_t min_front_range = 12;
 
+    // Minimum additional room in pixels for which a pixel's origin changes.
+    static constexpr float min_gain = 0.5F;
+
     struct front_pixel {
         std::size_t curve;
         std::int32_t pixel;
+        std::int32_t last_pixels;  // number of last pixels from `pixel` back along its growth; 0 if it is not a last pixel
     };
 
     // The last pixel of a surface that ends at another hidden surface, and the nearer pixel of the other surface beside it.
@@ -129,9 +137,13 @@ private:
         std::int32_t pixel, nearer;
     };
 
-    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
-    void grow(std::size_t curve, std::int32_t pixel, side s) {
-        if (pixels_.neighbor(pixel, s) != no_pixel) return;
+    // Grows a pixel one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
+    void grow(const front_pixel& from, side s) {
+        const auto [curve, pixel, last_pixels] = from;
+        if (const std::int32_t neighbor = pixels_.neighbor(pixel, s); neighbor != no_pixel) {
+            if (last_pixels == 0) improve_origin(curve, neighbor, pixels_.origin(pixel));
+            return;
+        }
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
         if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
         const float source = pixels_.disparity(pixel);
@@ -149,16 +161,18 @@ private:
             if (neighbor == no_pixel) continue;
             sum += pixels_.disparity(neighbor);
             count += 1.0F;
-            const float room_there = room_beyond(pixels_.origin(neighbor), x, y);
+            const float room_there = room_beyond(pixels_.origin(neighbor), x, y, pixels_.disparity(neighbor));
             if (room_there >= room) room = room_there, origin = pixels_.origin(neighbor);
         }
         if (origin == no_pixel) return;
 
         if (ends_at_others(curve, pixel, s, position)) return;
         const float average = sum / count, nearest = pixels_.disparity(position);
-        // If the photo's surface here is within the threshold but cannot be linked, as at a curve's free end, this is the last
-        // pixel of the hidden surface. It lies so close behind the photo's surface that no camera sees a gap between them.
+        // If the photo's surface here is within the threshold but cannot be linked, as at a curve's free end, this is one of the
+        // last pixels of the hidden surface. It lies so close behind the photo's surface that the camera uncovers at most
+        // last_pixels_ pixels between them.
         const bool is_last = average > nearest - min_gap * surface_.max_step;
+        if (last_pixels > 0 && (!is_last || last_pixels >= last_pixels_)) return;
         const float created = is_last ? nearest - seal_gap * surface_.max_step : average;
         if (lies_on_another(curve, position, created)) return;
         if (!may_link(created, source)) return;
@@ -168,7 +182,20 @@ private:
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        if (!is_last) created_.push_back({curve, made});
+        created_.push_back({curve, made, is_last ? last_pixels + 1 : 0});
+    }
+
+    // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If `origin`
+    // leaves more room beyond a hidden pixel than the pixel's own origin, the pixel continues the surface at `origin` and grows
+    // again.
+    void improve_origin(std::size_t curve, std::int32_t pixel, std::int32_t origin) {
+        const std::int32_t before = pixels_.origin(pixel), x = pixels_.x(pixel), y = pixels_.y(pixel);
+        const float disparity = pixels_.disparity(pixel);
+        if (before == origin || before == pixel || crosses_constraint(curve, x, y)) return;
+        if (room_beyond(origin, x, y, disparity) < room_beyond(before, x, y, disparity) + min_gain) return;
+        pixels_.set_origin(pixel, origin);
+        const bool is_last = disparity > pixels_.disparity(pixels_.position(x, y)) - surface_.max_step;
+        if (!is_last) created_.push_back({curve, pixel, 0});
     }
 
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
@@ -225,11 +252,13 @@ private:
     // at which it ends.
     static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, seal_gap = 0.3F;
 
-    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
-    float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
+    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y). The
+    // camera uncovers more of a surface that recedes from `origin` to `disparity`, and less of one that approaches.
+    float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y, float disparity) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
-        return reach_[origin] - std::sqrt(dx * dx + dy * dy);
+        const float receded = pixels_.disparity(origin) - disparity;
+        return reach_[origin] + receded * pixels_per_disparity_ - std::sqrt(dx * dx + dy * dy);
     }
 
     // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
@@ -289,6 +318,8 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
+    float pixels_per_disparity_ = 0.0F;    // parallax in pixels of a disparity of 1
+    std::int32_t last_pixels_ = 0;         // maximum number of last pixels in a row
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
