@@ -14,6 +14,8 @@
 #include <random>
 #include <set>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -303,29 +305,91 @@ TEST_CASE("growing surfaces join if they meet at similar depth, and pass each ot
     }
 }
 
-TEST_CASE("at a curve's free end, a hidden surface ends with one pixel close behind the surface that the photo shows") {
-    ldi::image<float> map(80, 80);
-    for (std::size_t y = 0; y < 80; ++y)
-        for (std::size_t x = 0; x < 80; ++x) map(y, x) = 0.2F + (y < 40 || x >= 60 ? 0.0F : 0.005F * static_cast<float>(60 - x));
-    const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 40);
-    const ldi::graph& g = expanded.topology();
-    const auto gap = [&](std::int32_t i) {  // behind the photo's surface
-        return map(static_cast<std::size_t>(g.y()[i]), static_cast<std::size_t>(g.x()[i])) -
-               expanded.column<ldi::disparity_column>()[i];
-    };
-    int last = 0;
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (expanded.column<ldi::known_column>()[i] != 0 || gap(i) > threshold) continue;
-        INFO("pixel at " << g.x()[i] << ", " << g.y()[i]);
-        REQUIRE(std::abs(gap(i) - 0.3F * threshold) < rounding);
-        REQUIRE(g.y()[i] >= 38);  // not beneath the back's side, except by a margin of one pixel
-        bool continues_hidden = false;
-        for (const ldi::side s : ldi::all_sides)
-            continues_hidden = continues_hidden || (g.neighbor(i, s) != ldi::no_pixel && gap(g.neighbor(i, s)) > threshold);
-        REQUIRE(continues_hidden);
-        ++last;
+TEST_CASE(
+    "at a curve's free end, a hidden surface ends close behind the surface that the photo shows, with as many pixels as the "
+    "camera "
+    "uncovers between both") {
+    for (const auto& [side, expected] : {std::pair{std::size_t{60}, 1}, {80, 2}, {160, 3}}) {
+        ldi::image<float> map(side, side);
+        const std::size_t end = 3 * side / 4;
+        for (std::size_t y = 0; y < side; ++y)
+            for (std::size_t x = 0; x < side; ++x)
+                map(y, x) = 0.2F + (y < side / 2 || x >= end ? 0.0F : 0.005F * static_cast<float>(end - x));
+        const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 4096);
+        const ldi::graph& g = expanded.topology();
+        const auto gap = [&](std::int32_t i) {  // behind the photo's surface
+            return map(static_cast<std::size_t>(g.y()[i]), static_cast<std::size_t>(g.x()[i])) -
+                   expanded.column<ldi::disparity_column>()[i];
+        };
+        const auto is_last = [&](std::int32_t i) { return expanded.column<ldi::known_column>()[i] == 0 && gap(i) <= threshold; };
+        // Distance of every last pixel, in links, from the part of its surface that is deeper.
+        ldi::buffer<int> distance(g.size(), 0);
+        int farthest = 0, last = 0, reached = 0;
+        for (std::int32_t i = 0; i < g.count(); ++i) {
+            if (!is_last(i)) continue;
+            CAPTURE(side, g.x()[i], g.y()[i]);
+            REQUIRE(std::abs(gap(i) - 0.3F * threshold) < rounding);
+            REQUIRE(g.y()[i] >= static_cast<std::int32_t>(side) / 2 - 2);  // not beneath the back's side, except by a margin
+            ++last;
+        }
+        for (int step = 1; step <= expected + 1; ++step)
+            for (std::int32_t i = 0; i < g.count(); ++i) {
+                if (!is_last(i) || distance[i] != 0) continue;
+                bool continues = false;
+                for (const ldi::side s : ldi::all_sides) {
+                    const std::int32_t n = g.neighbor(i, s);
+                    continues = continues || (n != ldi::no_pixel && (step == 1 ? gap(n) > threshold : distance[n] == step - 1));
+                }
+                if (continues) distance[i] = step, farthest = step, ++reached;
+            }
+        CAPTURE(side);
+        REQUIRE(reached == last);
+        REQUIRE(farthest == expected);
     }
-    REQUIRE(last >= 1);
+}
+
+TEST_CASE("behind a front of any shape, a background of any slope grows to every place that the camera can uncover") {
+    std::mt19937 random(24);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    for (int round = 0; round < 20; ++round) {
+        constexpr std::int32_t size = 160;
+        const float motion = 0.1F + 0.15F * unit(random), front = 0.7F + 0.3F * unit(random);
+        const float slope_x = 0.8F * (unit(random) - 0.5F), slope_y = 0.8F * (unit(random) - 0.5F);
+        const float lobes = 2.0F + std::floor(4.0F * unit(random)), depth = 0.5F * unit(random), turn = 6.28F * unit(random);
+        const auto in_front = [&](std::int32_t x, std::int32_t y) {
+            const float dx = static_cast<float>(x) - 80.0F, dy = static_cast<float>(y) - 80.0F;
+            return std::hypot(dx, dy) < 45.0F * (1.0F - depth * (0.5F + 0.5F * std::sin(lobes * std::atan2(dy, dx) + turn)));
+        };
+        ldi::image<float> map(size, size);
+        std::vector<std::pair<std::int32_t, std::int32_t>> behind;
+        for (std::int32_t y = 0; y < size; ++y)
+            for (std::int32_t x = 0; x < size; ++x) {
+                const float u = static_cast<float>(x) / size - 0.5F, v = static_cast<float>(y) / size - 0.5F;
+                map(y, x) = in_front(x, y) ? front : 0.25F + 0.5F * (slope_x * u + slope_y * v);
+                if (!in_front(x, y)) behind.emplace_back(x, y);
+            }
+        const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+        const auto curves = ldi::find_discontinuity_curves(lifted);
+        const ldi::photo_layers grown =
+            ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), {.motion = motion}).layers;
+        const ldi::graph& g = grown.topology();
+        ldi::image<float> hidden(size, size, 1, -1.0F);
+        for (std::int32_t i = 0; i < g.count(); ++i)
+            if (grown.column<ldi::known_column>()[i] == 0) hidden(g.y()[i], g.x()[i]) = grown.column<ldi::disparity_column>()[i];
+        for (std::int32_t y = 1; y < size - 1; ++y)
+            for (std::int32_t x = 1; x < size - 1; ++x) {
+                if (!in_front(x, y) || hidden(y, x) >= 0.0F) continue;
+                float beside = front;  // disparity of the farthest hidden pixel beside this place
+                for (const ldi::side s : ldi::all_sides)
+                    if (const float d = hidden(y + ldi::step_y(s), x + ldi::step_x(s)); d >= 0.0F) beside = std::min(beside, d);
+                if (beside == front) continue;
+                float nearest = static_cast<float>(size);
+                for (const auto& [u, v] : behind)
+                    nearest = std::min(nearest, std::hypot(static_cast<float>(x - u), static_cast<float>(y - v)));
+                CAPTURE(round, x, y, beside, nearest);
+                REQUIRE(nearest > (front - beside) * motion * size + 2.0F);
+            }
+    }
 }
 
 TEST_CASE(
