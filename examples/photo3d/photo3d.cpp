@@ -66,10 +66,10 @@ photo_files names_of(const arguments& a) {
             ldi::raise(ldi::error_code::invalid_option, photo.string(), "a photo", "a folder (use --batch for folders)");
         check_input(photo, "a photo");
     }
-    check_input(a.depth, "a depth map");
     if (a.photos.size() != 1)
         ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo",
                    std::to_string(a.photos.size()) + " (use --batch for several)");
+    check_input(a.depth, "a depth map");
     photo_files names{a.photos.front(), a.depth, a.output, a.html, a.report, false};
     find_map_beside(names, a);
     if (a.embed) name_embedded_files(names);
