@@ -329,6 +329,7 @@ void add_elementwise() {
     add("nn/add/16 channels, int8", [](benchmark::State& state) {
         byte_map a = bytes(sample_graph().size());
         const byte_map b = a;
+        // Half of these sums are halves, which float rounds to even, so the kernel adds in integers.
         const ldi::add_u8_constants sum =
             ldi::prepare_add_u8(ldi::best_isa(), ldi::make_quantized_addition(byte_input, byte_input, {0.02F, 128}));
         measure(state, pixels_text(a.pixels()), {.bytes = 3.0 * static_cast<double>(a.values.size())},
