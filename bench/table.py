@@ -90,7 +90,9 @@ def rate_text(row):
 
 
 def share_text(row):
-    return f"{row['share_of_peak']:.2f}" if "share_of_peak" in row else ""
+    """Returns an empty text for data in caches, because the peak of GB/s is that of memory. Rows of kernels/ are in caches."""
+    cached = "GB/s" in row and (row["name"].startswith("kernels/") or row.get("share_of_peak", 0) > 1)
+    return f"{row['share_of_peak']:.2f}" if "share_of_peak" in row and not cached else ""
 
 
 def allocations_text(row):

@@ -158,7 +158,7 @@ void add_upsampling() {
     add("nn/upsample/stored at full size, 16 channels", [](benchmark::State& state) {
         ldi::feature_map coarse(coarse_sample().kept.size(), 16);
         coarse.values = random_floats(coarse.values.size());
-        const double bytes = 4.0 * 16 * (count(sample_graph()) + static_cast<double>(coarse.pixels()));
+        const double bytes = (4.0 * 16 + 4) * count(sample_graph()) + 4.0 * 16 * static_cast<double>(coarse.pixels());
         measure(state, pixels_text(sample_graph().size()), {.bytes = bytes},
                 [&] { return ldi::concatenate({ldi::upsample(coarse, coarse_sample().parent)}); });
     });
@@ -293,17 +293,18 @@ byte_map bytes(std::size_t pixels) {
 
 /// Adds an operator on a map with 16 channels, in float32 and in bytes.
 ///
-/// values  number of values read and written per value of the map
+/// values   number of values read and written per value of the map
+/// indices  bytes of indices read per pixel
 template <class Operator>
-void add_both(const std::string& name, double values, Operator run_on) {
+void add_both(const std::string& name, double values, double indices, Operator run_on) {
     add(name + ", float32", [=](benchmark::State& state) {
         const ldi::feature_map map = floats(sample_graph().size());
-        measure(state, pixels_text(map.pixels()), {.bytes = 4 * values * static_cast<double>(map.values.size())},
-                [&] { return run_on(map); });
+        measure(state, pixels_text(map.pixels()),
+                {.bytes = (4 * values * channels + indices) * static_cast<double>(map.pixels())}, [&] { return run_on(map); });
     });
     add(name + ", int8", [=](benchmark::State& state) {
         const byte_map map = bytes(sample_graph().size());
-        measure(state, pixels_text(map.pixels()), {.bytes = values * static_cast<double>(map.values.size())},
+        measure(state, pixels_text(map.pixels()), {.bytes = (values * channels + indices) * static_cast<double>(map.pixels())},
                 [&] { return run_on(map); });
     });
 }
@@ -319,9 +320,9 @@ void add_in_place(const std::string& name, double values, Operator run_on) {
 }
 
 void add_elementwise() {
-    add_both("nn/average_pool/16 channels", 1.25, [](const auto& map) { return ldi::average_pool(map, coarse_sample()); });
-    add_both("nn/max_pool/16 channels", 1.25, [](const auto& map) { return ldi::max_pool(map, coarse_sample()); });
-    add_both("nn/concatenate/16 + 16 channels", 4, [](const auto& map) { return ldi::concatenate({map, map}); });
+    add_both("nn/average_pool/16 channels", 1.25, 4, [](const auto& map) { return ldi::average_pool(map, coarse_sample()); });
+    add_both("nn/max_pool/16 channels", 1.25, 4, [](const auto& map) { return ldi::max_pool(map, coarse_sample()); });
+    add_both("nn/concatenate/16 + 16 channels", 3, 0, [](const auto& map) { return ldi::concatenate({map, map}); });
     add_in_place("nn/add/16 channels", 3, [](ldi::feature_map map) {
         static const ldi::feature_map other = floats(sample_graph().size());
         return ldi::add(std::move(map), other);

@@ -66,11 +66,11 @@ void add_render() {
         measure(state, size_text(wide, high), {.bytes = wide * high}, [&] { return ldi::has_gaps(seen); });
     });
     add("render/side_by_side", [](benchmark::State& state) {
-        measure(state, size_text(wide, high), {.bytes = 12.0 * wide * high},
+        measure(state, size_text(wide, high), {.bytes = 9.0 * wide * high},
                 [] { return ldi::side_by_side(sample().photo, sample().photo); });
     });
     add("render/anaglyph", [](benchmark::State& state) {
-        measure(state, size_text(wide, high), {.bytes = 9.0 * wide * high},
+        measure(state, size_text(wide, high), {.bytes = 6.0 * wide * high},
                 [] { return ldi::anaglyph(sample().photo, sample().photo); });
     });
     add("render/disparity_map", [](benchmark::State& state) {

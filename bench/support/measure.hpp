@@ -27,7 +27,9 @@ double peak_bandwidth();
 /// Work of one iteration. The first member that is not 0 determines the rate.
 struct work {
     double int8_products = 0, float_products = 0;  ///< multiplications
-    double bytes = 0;                              ///< inputs read plus results written, each once
+    /// What the operation must read of its inputs plus what it must write, each byte once, even if the code passes over it twice.
+    /// A column that the result does not depend on does not count; a change in place counts as read and written.
+    double bytes = 0;
     double pixels = 0;
     ldi::isa set = ldi::best_isa();
 };
@@ -76,20 +78,28 @@ void measure(benchmark::State& state, const std::string& size, const work& done,
     state.SetLabel(size);
 }
 
-/// Measures change(value) on a fresh copy of `original` in each iteration. Neither the copy nor its destruction is timed.
+/// Measures change(value) on a fresh copy of `original` in each iteration. Neither the copy nor its destruction is timed. The
+/// first call is untimed, as in measure().
 template <class Value, class Change>
 void measure_change(benchmark::State& state, const std::string& size, const work& done, const Value& original, Change&& change) {
+    const auto run = [&](Value& copy) {
+        if constexpr (std::is_void_v<decltype(change(copy))>)
+            change(copy);
+        else
+            benchmark::DoNotOptimize(change(copy));
+        benchmark::ClobberMemory();
+    };
+    {
+        Value copy = original;
+        run(copy);
+    }
     allocation_counter allocations;
     for (auto _ : state) {
         state.PauseTiming();
         Value copy = original;
         allocations.start();
         state.ResumeTiming();
-        if constexpr (std::is_void_v<decltype(change(copy))>)
-            change(copy);
-        else
-            benchmark::DoNotOptimize(change(copy));
-        benchmark::ClobberMemory();
+        run(copy);
         state.PauseTiming();
         allocations.stop();
         copy = Value();

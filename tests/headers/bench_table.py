@@ -10,10 +10,10 @@ from pathlib import Path
 TABLE = Path(__file__).resolve().parent.parent.parent / "bench/table.py"
 
 
-def results(folder, name, processor, times):
+def results(folder, name, processor, times, benchmark="nn/add", **rates):
     """Writes results of one benchmark, with one repetition per time."""
     context = {"date": "2026-01-02T03:04:05", "revision": "abc"} | ({"processor": processor} if processor else {})
-    runs = [{"name": "nn/add", "run_name": "nn/add", "run_type": "iteration", "cpu_time": t, "real_time": t} for t in times]
+    runs = [{"name": benchmark, "run_name": benchmark, "run_type": "iteration", "cpu_time": t, "real_time": t} | rates for t in times]
     path = Path(folder) / name
     path.write_text(json.dumps({"context": context, "benchmarks": runs}), encoding="utf-8")
     return path
@@ -28,11 +28,19 @@ with tempfile.TemporaryDirectory() as folder:
     even = results(folder, "even.json", "some processor", [1000, 1040, 1060, 1090])
     noisy = results(folder, "noisy.json", "other processor", [1000, 1200, 1300])
     unnamed = results(folder, "unnamed.json", None, [1000])
+    streamed = results(folder, "streamed.json", None, [1000], **{"GB/s": 10, "share_of_peak": 0.5})
+    cached = results(folder, "cached.json", None, [1000], **{"GB/s": 50, "share_of_peak": 1.5})
+    kernel = results(folder, "kernel.json", None, [1000], "kernels/add_u8", **{"GB/s": 10, "share_of_peak": 0.5})
+    products = results(folder, "products.json", None, [1000], "kernels/gemm_u8", **{"GMAC/s": 10, "share_of_peak": 0.5})
     checks = {"the processor is that of the measurement": table(even).startswith("some processor;"),
               "a missing processor is not replaced by this one": table(unnamed).startswith("processor not recorded;"),
               "of an even number of runs, the median is the mean of the middle two": "| 1.05 ms | 9 % |" in table(even),
               "a spread above 10 % is bold": "| 1.2 ms | **30 %** |" in table(noisy),
               "a comparison of two processors is a warning": "warning" in table(even, "--same", noisy) and not table(even, "--same", even),
+              "bytes of memory have a share of the peak": "| 10 GB/s | 0.50 |" in table(streamed),
+              "bytes faster than memory have none": "| 50 GB/s |  |" in table(cached),
+              "bytes of kernels, which stay in caches, have none": "| 10 GB/s |  |" in table(kernel),
+              "products of kernels have a share": "| 10 GMAC/s | 0.50 |" in table(products),
               "the processor's name has no commas": "," not in table("--processor")}
 wrong = [fact for fact, holds in checks.items() if not holds]
 if wrong:

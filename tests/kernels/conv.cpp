@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace {
@@ -215,4 +216,61 @@ TEST_CASE(
             REQUIRE((c.compute<float>(set, 9, random) == numbers));
         }
     }
+}
+
+TEST_CASE("conv_f32 turns infinite sums into 0 or infinity, and keeps NaN, on every instruction set") {
+    constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    constexpr std::size_t pixels = 30;
+    for (const ldi::isa set : ldi::testing::available_isas())
+        for (const std::size_t outputs : {1U, 7U, 8U, 24U, 40U}) {
+            INFO("instruction set " << std::string(to_string(set)) << ", " << outputs << " outputs");
+            const floats weights(outputs, 1.0F), bias(outputs, 0.0F);
+            const auto every_result = [&](float input, float slope, auto is_expected) {
+                const floats inputs(pixels, input);
+                const float* const start = inputs.data();
+                floats result(pixels * outputs);
+                ldi::conv_f32(ldi::pack_conv_f32(set, weights, bias, 1, {slope}), &start, 1, pixels, nullptr, result.data());
+                return std::all_of(result.begin(), result.end(), is_expected);
+            };
+            const auto is = [](float expected) { return [expected](float v) { return v >= expected && v <= expected; }; };
+            CHECK(every_result(-infinity, 0.0F, is(0.0F)));
+            CHECK(every_result(-infinity, 0.2F, is(-infinity)));
+            CHECK(every_result(-infinity, 1.0F, is(-infinity)));
+            for (const float slope : {0.0F, 0.2F, 1.0F}) {
+                CHECK(every_result(infinity, slope, is(infinity)));
+                CHECK(every_result(nan, slope, [](float v) { return std::isnan(v); }));
+            }
+        }
+}
+
+TEST_CASE("conv_u8 clamps infinite sums to bytes, and turns NaN into 0, on every instruction set") {
+    constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    constexpr std::size_t pixels = 30;
+    for (const ldi::isa set : ldi::testing::available_isas())
+        for (const std::size_t outputs : {1U, 7U, 8U, 24U, 40U}) {
+            INFO("instruction set " << std::string(to_string(set)) << ", " << outputs << " outputs");
+            const ldi::buffer<std::int8_t> weights(outputs, 1);
+            const floats scales(outputs, 1.0F), bias(outputs, 0.0F);
+            const auto compute = [&](std::uint8_t input, float ratio, float slope, auto& result) {
+                const ldi::buffer<std::uint8_t> inputs(pixels, input), zero_points(1, 10);
+                const std::uint8_t* const start = inputs.data();
+                const floats ratios(pixels, ratio);
+                result.resize(pixels * outputs);
+                ldi::conv_u8(ldi::pack_conv_u8(set, weights, zero_points, scales, bias, 1, {slope}, 7), &start, 1, pixels,
+                             ratios.data(), result.data());
+            };
+            const auto every_byte = [&](std::uint8_t input, float ratio, float slope, std::uint8_t expected) {
+                ldi::buffer<std::uint8_t> result;
+                compute(input, ratio, slope, result);
+                return result == ldi::buffer<std::uint8_t>(pixels * outputs, expected);
+            };
+            CHECK(every_byte(9, infinity, 0.0F, 7));
+            CHECK(every_byte(9, infinity, 0.2F, 0));
+            CHECK(every_byte(11, infinity, 0.0F, 255));
+            CHECK(every_byte(11, infinity, 0.2F, 255));
+            for (const float slope : {0.0F, 0.2F, 1.0F}) CHECK(every_byte(11, nan, slope, 0));
+            floats result;
+            compute(9, infinity, 0.0F, result);
+            CHECK(std::all_of(result.begin(), result.end(), [](float v) { return v >= 0.0F && v <= 0.0F; }));
+        }
 }

@@ -108,3 +108,13 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set for extreme
     }
     CHECK(broken == 0);
 }
+
+TEST_CASE("depthwise_u8 of rows without pixels has no pixels and writes nothing") {
+    ldi::testing::random_bytes random;
+    for (ldi::isa set : ldi::testing::available_isas())
+        for (std::size_t stride : {1U, 2U}) {
+            const convolution c = any_convolution(random, 20, 0, 2, stride, -1);
+            CHECK(ldi::depthwise_result_width(c.pack(set), 0, 2) == 0);
+            CHECK(c.compute(c.pack(set)) == ldi::buffer<std::uint8_t>{untouched});
+        }
+}

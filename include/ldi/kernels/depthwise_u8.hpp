@@ -10,8 +10,10 @@
 #include <ldi/kernels/depthwise_u8/scalar.hpp>
 #include <ldi/kernels/depthwise_u8/wasm.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -44,6 +46,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
     LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
+    LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
     depthwise_u8_weights packed;
     packed.channels = bias.size();
     packed.stride = stride;
@@ -56,11 +59,6 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     return packed;
 }
 
-/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
-inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
-    return (width * repeat - 1) / weights.stride + 1;
-}
-
 /// Computes one row of the result.
 ///
 /// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. The caller
@@ -69,6 +67,7 @@ inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, s
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
+    if (width == 0) return;
     find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }
 

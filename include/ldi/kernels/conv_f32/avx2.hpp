@@ -28,7 +28,8 @@ template <std::size_t... v>
 
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  __m256 values) {
-    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(values, _mm256_set1_ps(out.negative_slope)), values);
+    const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), values);
+    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
     float* const to = out.values + pixel * out.stride + from;
     if (out.count >= from + conv_width) return _mm256_storeu_ps(to, activated);
     const int count = out.count > from ? static_cast<int>(out.count - from) : 0;

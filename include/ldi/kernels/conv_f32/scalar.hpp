@@ -37,11 +37,13 @@ inline void conv_tile(const conv_f32_weights& weights, const float* const* rows,
                     sums[p][o] = multiply_add(input[p * pixel_stride + i], values[o], sums[p][o]);
     }
     const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
+    const float lowest = detail::lowest_before(weights.negative_slope);
     for (std::size_t p = 0; p < pixels; ++p)
         for (std::size_t o = 0; o < count; ++o) {
             const float ratio = ratios == nullptr ? 1.0F : ratios[p];
             const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
-            result[p * weights.outputs + first_output + o] = value > 0.0F ? value : value * weights.negative_slope;
+            result[p * weights.outputs + first_output + o] =
+                value > 0.0F ? value : (std::max)(value, lowest) * weights.negative_slope;
         }
 }
 

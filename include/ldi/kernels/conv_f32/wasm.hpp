@@ -27,7 +27,8 @@ template <std::size_t... v>
 
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  v128_t values) {
-    const v128_t activated = wasm_f32x4_pmax(wasm_f32x4_mul(values, wasm_f32x4_splat(out.negative_slope)), values);
+    const v128_t finite = wasm_f32x4_pmax(values, wasm_f32x4_splat(out.lowest));
+    const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
     float* const to = out.values + pixel * out.stride + from;
     if (out.count >= from + conv_width) return wasm_v128_store(to, activated);
     if (out.count > from) wasm_v128_store32_lane(to, activated, 0);

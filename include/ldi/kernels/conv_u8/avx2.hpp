@@ -57,7 +57,8 @@ template <class Result>
     const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
     const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
     const __m256 scales = _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), _mm256_set1_ps(ratio));
-    const __m256 value = _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from));
+    const __m256 value =
+        _mm256_max_ps(_mm256_set1_ps(out.lowest), _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from)));
     const __m256 zero_point = _mm256_set1_ps(out.zero_point);
     const __m256 activated =
         _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point), _mm256_add_ps(value, zero_point));

@@ -53,6 +53,7 @@ struct conv_u8_tiles {
     [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
                                          std::size_t pixels, const conv_u8_panel_output<Result>& out) {
         const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
+        const __m512 lowest = _mm512_set1_ps(out.lowest);
         const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
         const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
         for (std::size_t v = 0; v < vectors; ++v) {
@@ -65,7 +66,8 @@ struct conv_u8_tiles {
             Result* to = out.values + first_pixel * stride + from;
             for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
                 const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_load_si512(sum), offsets));
-                const __m512 value = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
+                const __m512 scaled = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
+                const __m512 value = _mm512_max_ps(lowest, scaled);
                 const __m512 activated =
                     _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
                 store(to, existing, activated);

@@ -46,7 +46,7 @@ template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
     const float *scales, *bias, *ratios;
-    float negative_slope, zero_point;
+    float negative_slope, lowest, zero_point;
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
@@ -57,6 +57,7 @@ struct conv_u8_panel_output {
           bias(weights.bias.data()),
           ratios(of_pixels),
           negative_slope(weights.negative_slope),
+          lowest(detail::lowest_before(negative_slope)),
           zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point),
           stride(weights.outputs),
           count(weights.outputs),

@@ -54,10 +54,10 @@ template <class Result>
     if (out.count <= from) return;
     const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
     const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
-    const float32x4_t value = vfmaq_f32(load(out.bias + from), exact, scales);
+    const float32x4_t value = vmaxq_f32(vdupq_n_f32(out.lowest), vfmaq_f32(load(out.bias + from), exact, scales));
     const float32x4_t zero_point = vdupq_n_f32(out.zero_point);
     const float32x4_t activated =
-        vmaxq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
+        vmaxnmq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
     store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
 }
 

@@ -19,13 +19,14 @@ inline constexpr detail::panel_layout conv_u8_layout{1, conv_u8_panel, 1};
 /// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
-    const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
+    const float value =
+        (std::max)(detail::fused_multiply_add(detail::nearest_float(sum), scale, bias), detail::lowest_before(negative_slope));
     // The multiply-add is fused on every machine, so that the result does not depend on the compiler.
     const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
     else
-        return static_cast<Result>(std::nearbyint(std::clamp(activated, 0.0F, 255.0F)));
+        return activated > 0.0F ? static_cast<Result>(std::nearbyint((std::min)(activated, 255.0F))) : Result{0};  // 0 for NaN
 }
 
 /// Computes `pixels` pixels with one panel of weights.

@@ -29,6 +29,11 @@ struct depthwise_u8_weights {
     float_requantization fast;    ///< as in gemm_u8_weights
 };
 
+/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
+inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
+    return (width * repeat + weights.stride - 1) / weights.stride;
+}
+
 namespace detail {
 
 /// The weights of one depthwise layer before packing.
@@ -53,7 +58,7 @@ struct depthwise_source {
 
 }  // namespace detail
 
-/// One instruction set's kernel: a row of `depthwise_u8_kernels`.
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`. The width is at least 1.
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.

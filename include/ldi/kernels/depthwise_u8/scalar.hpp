@@ -37,7 +37,7 @@ inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     using block = std::integral_constant<std::size_t, depthwise_block>;
-    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
+    const std::size_t channels = weights.channels, result_width = depthwise_result_width(weights, width, repeat);
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {

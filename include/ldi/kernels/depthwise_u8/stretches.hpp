@@ -51,7 +51,7 @@ struct depthwise_call {
         : weights(packed), rows(from), width(pixels), repeat(repetitions), result(to) {
         std::memset(padding, packed.padding, sizeof padding);
     }
-    std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
+    std::size_t result_width() const { return depthwise_result_width(weights, width, repeat); }
 };
 
 /// Addresses of one pixel per stretch in each of the three rows.

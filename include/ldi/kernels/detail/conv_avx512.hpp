@@ -91,7 +91,7 @@ struct conv_tile_pointers {
 template <class Store, class Result>
 inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
                           const conv_panel_output<Result>& out) {
-    const __m512 slope = _mm512_set1_ps(out.negative_slope);
+    const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
     const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
     const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
     for (std::size_t v = 0; v < vectors; ++v) {
@@ -101,7 +101,7 @@ inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::
         const float *sum = sums.lanes + from, *ratio = ratios;
         Result* to = out.values + first_pixel * stride + from;
         for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-            const __m512 values = _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias);
+            const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
             Store::store(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
         }
     }

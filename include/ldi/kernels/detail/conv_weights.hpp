@@ -7,6 +7,7 @@
 #include <ldi/kernels/isa.hpp>
 
 #include <cstddef>
+#include <limits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -19,6 +20,16 @@ struct conv_panel_input {
     const Value* weights;  ///< of the panel
 };
 
+namespace detail {
+
+/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
+constexpr float lowest_before(float negative_slope) {
+    using limits = std::numeric_limits<float>;
+    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
+}
+
+}  // namespace detail
+
 /// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
@@ -27,6 +38,7 @@ struct conv_panel_output {
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
+    float lowest = detail::lowest_before(negative_slope);
 
     /// Advances to the next panel.
     void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -83,6 +84,13 @@ void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span
                   [&](std::size_t i) { return sign * (weights[i] - weight_zero_point); });
 }
 
+/// Whether the sums of one output stay within the limit of pack_gemm_u8().
+inline bool sums_fit(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point, std::int64_t bias) {
+    std::int64_t sum = 0;
+    for (const std::uint8_t w : weights) sum += std::abs(w - weight_zero_point);
+    return 510 * sum + std::abs(bias) < std::int64_t{1} << 31;
+}
+
 /// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
 inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
@@ -90,10 +98,12 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
     packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
     const std::size_t inputs = packed.segments * packed.inputs;
     for (std::size_t o = 0; o < packed.outputs; ++o) {
-        std::int32_t sum = 0;
-        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
-        packed.bias[o] = bias[o] - sum * input_zero_point;
-        if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
+        const auto of_output = weights.subspan(o * inputs, inputs);
+        LDI_ASSERT(sums_fit(of_output, weight_zero_point, bias[o]));
+        std::int64_t sum = 0;
+        for (const std::uint8_t w : of_output) sum += w - weight_zero_point;
+        const std::int64_t folded = bias[o] - sum * input_zero_point;
+        packed.bias[o] = static_cast<std::int32_t>(is_negated(packed.fast) ? -folded : folded);
     }
 }
 
