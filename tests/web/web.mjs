@@ -308,6 +308,27 @@ async function testsOfChromium(browser, open, openShared) {
         await own.close();
     });
 
+    await test("the page shares the 3D photo as a file, and the viewer does not offer the address of its frame", open(), async (page) => {
+        await page.evaluate(() => {
+            navigator.canShare = ({ files }) => files.length === 1;
+            navigator.share = async ({ files }) => {
+                window.given = { name: files[0].name, text: await files[0].text(), isAllowed: navigator.userActivation.isActive };
+            };
+        });
+        await choose(page, sample);
+        const isOffered = await page.evaluate(() => {
+            const { shadowRoot } = document.getElementById("frame").contentDocument.querySelector("photo-3d");
+            return ["reset", "share"].map((id) => !shadowRoot.getElementById(id).hidden);
+        });
+        assert.deepEqual(isOffered, [true, false]);
+        await page.click("#share");
+        await page.waitForFunction(() => window.given);
+        const { name, text, isAllowed } = await page.evaluate(() => window.given);
+        assert.equal(name, "sample.html");
+        assert.match(text, /<photo-3d standalone caption="sample"/);
+        assert.ok(isAllowed, "the share sheet opens at the click");
+    });
+
     await test("the page cannot send data", open(), async (page) => {
         const isSent = await page.evaluate(async () => {
             const attempts = [
