@@ -7,7 +7,7 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { openPage, openPhoto, picture, settle, startBrowser, stateOf, touch, turnDevice, waitUntilDrawn } from "./browser.mjs";
 import { clearColorScript, countGaps, goTo, places } from "./gaps.mjs";
-import { putTogether, square, takeApart, withHoles, withoutCamera } from "./glb.mjs";
+import { besideMiddle, putTogether, square, takeApart, withHoles, withoutCamera } from "./glb.mjs";
 import { PageTests } from "./page_tests.mjs";
 import { PictureDesk } from "./pictures.mjs";
 import { makeUsdPage } from "./usd.mjs";
@@ -128,6 +128,29 @@ await test("the first picture is the photo on a phone's screen", opened({ ...sti
     assert.equal(width, 390);
     await press(page, "fit");
     assert.equal((await frameOf(page)).height, 844);
+});
+
+await test("on an upright screen, the photo's middle of interest is in sight", empty({ ...still, size: { width: 390, height: 844 } }), async (page) => {
+    const whiteShare = async () => {
+        await settle(page);
+        return desk.shareOf(await picture(page), [255, 255, 255]);
+    };
+    await drop(page, "beside.glb", besideMiddle());
+    await waitUntilDrawn(page);
+    const ofWhole = (0.2 * 1.6) / 4 / (1 - 2 * (await hiddenBorder(page))) ** 2; // the white sheet's share of the frame
+    const assertInSight = async (what) => assertNear(await whiteShare(), ofWhole * (2 / (390 / 844)), 0.02, what);
+    await assertInSight("at first");
+    await page.mouse.wheel(0, -400);
+    await page.keyboard.press("Home");
+    await assertInSight("after a magnification");
+    await press(page, "fit");
+    assertNear(await whiteShare(), ofWhole, 0.01, "the whole photo");
+    await press(page, "fit");
+    await assertInSight("filled again");
+    await page.setViewportSize({ width: 844, height: 390 });
+    assertNear(await whiteShare(), ofWhole, 0.01, "on a lying screen");
+    await page.setViewportSize({ width: 390, height: 844 });
+    await assertInSight("after the phone has been turned");
 });
 
 await test("the page is named after the photo and at most 1 MB larger than the GLB in base64", opened(still), async (page) => {
