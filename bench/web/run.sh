@@ -16,7 +16,7 @@ install_npm_packages "$top/tests/web"
 "$top/examples/web/build.sh" >/dev/null
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-node "$here/page.mjs" "$rounds" | tee "$log"
+with_screen node "$here/page.mjs" "$rounds" | tee "$log"
 photo=$(tail -n 1 "$log")
 "$top/bench/peers/tiefenrausch_webassembly.sh" "$rounds" | tee "$log" || [ $? = 75 ] # 75: the published network or the peers are absent
 ratio=$(sed -n 's/^ratio //p' "$log")

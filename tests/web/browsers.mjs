@@ -5,9 +5,9 @@ import puppeteer from "puppeteer-core";
 
 const pathOf = (name) => execFileSync("sh", ["-c", `command -v ${name}`], { encoding: "utf8" }).trim();
 
-/** Starts a browser with an empty profile. @param {"chromium" | "firefox"} kind */
+/** Starts a browser with an empty profile. Firefox has WebGL only on a screen, such as that of xvfb-run. @param {"chromium" | "firefox"} kind */
 export function startBrowser(kind) {
-    if (kind === "firefox") return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: true });
+    if (kind === "firefox") return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: !process.env.DISPLAY });
     const args = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
     const software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
     return puppeteer.launch({ executablePath: pathOf("chromium"), headless: true, args: [...args, ...software] });
