@@ -405,25 +405,39 @@ await test("turning the device shows the scene from the side that it turned away
     assert.equal(end.visibility, 1);
 });
 
-// Like iOS, sends no orientation before the permission.
+// Like iOS, sends no orientation before the permission, and grants it only while a user's tap is handled. Its answer is `window.answer`.
 const askingScript = `
     Object.defineProperty(navigator, "maxTouchPoints", { get: () => 5 });
     addEventListener("deviceorientation", (event) => window.isAllowed || event.stopImmediatePropagation(), true);
-    DeviceOrientationEvent.requestPermission = async () => ((window.isAllowed = true), "granted");`;
-await test("if tilting needs permission, a button requests it", opened({ scripts: [askingScript, timeless] }), async (page) => {
-    const isOffered = () => page.evaluate(() => !document.querySelector("photo-3d").shadowRoot.getElementById("tilt").hidden);
-    assert.ok(await isOffered());
-    await hover(page, 0, 0);
-    await turnDevice(page, 0, 60, 0);
-    await turnDevice(page, 0, 60, 12);
-    assertNear((await settle(page)).reach.right, 0, 0.01, "right");
-    await press(page, "tilt");
-    assert.ok(!(await isOffered()));
-    await hover(page, 0, 0);
-    await turnDevice(page, 0, 60, 0);
-    await turnDevice(page, 0, 60, -12);
-    assert.ok((await settle(page)).reach.right > 0.4);
-});
+    addEventListener("click", (event) => (window.isHandlingTap = event.isTrusted), true);
+    addEventListener("click", () => (window.isHandlingTap = false));
+    window.requests = 0;
+    DeviceOrientationEvent.requestPermission = async () => {
+        window.requests += 1;
+        if (!window.isHandlingTap) throw new DOMException("Requesting device orientation access requires a user gesture to prompt", "NotAllowedError");
+        window.isAllowed = window.answer === "granted";
+        return window.answer;
+    };`;
+for (const answer of ["granted", "denied"])
+    await test(`if tilting needs permission, a tap on a button requests it: ${answer}`, opened({ isBare: false, scripts: [askingScript, timeless, `window.answer = "${answer}"`] }), async (page) => {
+        const button = page.locator("photo-3d #tilt");
+        const look = async (turn) => {
+            await touch(page, [await frameOf(page)]); // ends the sway
+            await touch(page, []);
+            await turnDevice(page, 0, 60, 0);
+            await turnDevice(page, 0, 60, turn);
+            return (await settle(page)).reach.right;
+        };
+        assert.ok(await button.isVisible());
+        assertNear(await look(12), 0, 0.01, "right");
+        assert.equal(await page.evaluate(() => window.requests), 0, "the page asks for nothing by itself");
+        await button.click();
+        assert.equal(await page.evaluate(() => window.requests), 1);
+        assert.ok(await button.isHidden());
+        const right = await look(-12);
+        if (answer === "granted") assert.ok(right > 0.4, String(right));
+        else assertNear(right, 0, 0.01, "right");
+    });
 
 await test("with reduced motion, only dragging and keys move the photo", opened(still), async (page) => {
     const before = await picture(page);
