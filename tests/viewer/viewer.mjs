@@ -19,6 +19,7 @@ const emptyPage = join(top, "build/viewer/viewer.html");
 const glb = await readFile(join(top, "out/sample.glb"));
 const croppedPage = join(top, "out/sample_cropped.html");
 const croppedGlb = await readFile(join(top, "out/sample_cropped.glb"));
+const axe = await readFile(join(here, "node_modules/axe-core/axe.min.js"), "utf8");
 const photo = await readFile(join(top, "examples/photo3d/sample.jpg"), "base64");
 const depth = await readFile(join(top, "examples/photo3d/sample_depth.png"), "base64");
 
@@ -160,6 +161,22 @@ await test("the page is named after the photo and at most 1 MB larger than the G
     console.log(`        ${size} bytes, ${more} more than the GLB in base64`);
     assert.ok(more > 0 && more <= 1_000_000);
 });
+
+for (const [name, file] of Object.entries({ "of --html": samplePage, "of --html --embed": join(top, "out/embed/sample.html"), "without a photo": emptyPage }))
+    await test(`axe reports no violation in the page ${name}`, () => openPage(context, file, { isBare: false, size: { width: 390, height: 844 } }), async (page) => {
+        if (file === emptyPage) await page.locator("#empty").waitFor();
+        else await waitUntilDrawn(page);
+        const assertNone = async (what) => {
+            await page.evaluate(axe);
+            const { violations, passes } = await page.evaluate(() => window.axe.run());
+            assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes[0].html}`), [], what);
+            assert.ok(passes.length > 5);
+        };
+        await assertNone("the page");
+        if (!/embed/.test(file)) return;
+        await page.locator("#embed").click();
+        await assertNone("the lines to copy");
+    });
 
 await test("the page cannot send network requests", opened(still), async (page) => {
     const directive = await page.evaluate(async () => {

@@ -18,12 +18,12 @@ export function startBrowser(kind) {
  *
  * @param {import("puppeteer-core").Browser} browser
  * @param {string} address
- * @param {{width?: number, height?: number, features?: {name: string, value: string}[]}} [options]
+ * @param {{width?: number, height?: number, isPhone?: boolean, features?: {name: string, value: string}[]}} [options]
  */
-export async function openPage(browser, address, { width = 900, height = 800, features = [] } = {}) {
+export async function openPage(browser, address, { width = 900, height = 800, isPhone = false, features = [] } = {}) {
     const page = await browser.newPage();
     page.setDefaultTimeout(60_000);
-    await page.setViewport({ width, height });
+    await page.setViewport({ width, height, isMobile: isPhone, hasTouch: isPhone });
     if (features.length > 0) await page.emulateMediaFeatures(features);
     page.errors = [];
     page.requests = [];
