@@ -39,7 +39,6 @@ concept points_into_temporary = requires(Buffer&& b) {
 || requires(Buffer&& b) { std::move(b).begin(); }
 || requires(Buffer&& b) { std::move(b).end(); };
 static_assert(!points_into_temporary<buffer<float>> && !points_into_temporary<const buffer<float>>);
-static_assert(points_into_temporary<buffer<float>&> && points_into_temporary<const buffer<float>&>);
 static_assert(std::is_same_v<decltype(std::declval<buffer<float>>()[0]), float> &&
               std::is_same_v<decltype(std::declval<buffer<float>>().front()), float> &&
               std::is_same_v<decltype(std::declval<buffer<float>>().back()), float>);
