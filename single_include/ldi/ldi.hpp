@@ -485,11 +485,11 @@ public:
 
     // A temporary destroys its values, so it returns a single value by value, and no pointers.
     template <std::integral Index>
-    T operator[](Index i) && {
-        return std::move((*this)[i]);
+    T operator[](Index i) const&& {
+        return (*this)[i];
     }
-    T front() && { return std::move(front()); }
-    T back() && { return std::move(back()); }
+    T front() const&& { return front(); }
+    T back() const&& { return back(); }
     const T* data() const&& = delete;
     const T* begin() const&& = delete;
     const T* end() const&& = delete;
@@ -607,7 +607,8 @@ private:
     bool accepts(Iterator first, Iterator last) const {
         if constexpr (std::is_pointer_v<Iterator>) {
             const auto from = reinterpret_cast<std::uintptr_t>(first), to = reinterpret_cast<std::uintptr_t>(last);
-            const auto mine = reinterpret_cast<std::uintptr_t>(begin()), my_end = reinterpret_cast<std::uintptr_t>(end());
+            const auto mine = reinterpret_cast<std::uintptr_t>(begin()),
+                       my_end = reinterpret_cast<std::uintptr_t>(begin() + capacity());
             if (from != to && from < my_end && mine < to) return false;
         }
         return last - first >= 0;
@@ -1073,7 +1074,7 @@ inline float natural_logarithm(float x) {
     int exponent = 0;
     double mantissa = std::frexp(double{x}, &exponent);
     if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
-    // 2 artanh(s) as a series of odd powers, truncated where terms are below 1e-15: s^2 is at most 0.0295.
+    // log(m) = 2 artanh(s), a series of odd powers of s. Since s^2 <= 0.0295, terms after s^19 are below 1e-15.
     const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
     double sum = 0;
     for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
@@ -2360,6 +2361,16 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         std::swap(ring, next);
     }
 }
+
+/// Returns the coarse graph, and sets the other members of `result`.
+inline graph_builder coarse_graph(const graph_view& g, orphan_rule orphans, coarsened& result) {
+    const buffer<pixel_run> runs = runs_of(g);
+    graph_builder coarse = keep_even_pixels(g, runs, result);
+    link_kept_pixels(g, result, coarse);
+    for (const pixel_run& run : runs) find_parents(g, run, result.parent);
+    if (orphans == orphan_rule::adopt_nearest) adopt_nearest_parent(g, result.parent);
+    return coarse;
+}
 }  // namespace detail
 
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
@@ -2371,14 +2382,15 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
+inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) {
+    coarsened result;
+    result.topology = detail::coarse_graph(g, orphans, result).build(detail::unchecked);
+    return result;
+}
+/// Coarsens a view of a valid graph. Raises mismatch if the coarse graph violates an invariant of `graph`.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
-    const buffer<pixel_run> runs = runs_of(g);
-    graph_builder coarse = detail::keep_even_pixels(g, runs, result);
-    detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build(detail::unchecked);
-    for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
-    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
+    result.topology = detail::coarse_graph(g, orphans, result).build();
     return result;
 }
 
@@ -2423,7 +2435,7 @@ struct coarsened_layers {
 /// that share a parent. It receives the kept pixel first, then the other pixels by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
-    coarsened level = coarsen(graph_view(fine.topology()), orphans);
+    coarsened level = coarsen(fine.topology(), orphans);
     detail::collapsed_pixels children(level);
     const std::int32_t count = level.kept.count();
     for (std::int32_t c = 0; c < count; ++c) {  // moves the kept pixel to the front
@@ -2996,7 +3008,7 @@ public:
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
-    Scalar operator()(Y y, X x, Channel c = 0) && {
+    Scalar operator()(Y y, X x, Channel c = 0) const&& {
         return (*this)(y, x, c);
     }
 
@@ -10560,8 +10572,8 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 /// Packs PyTorch weights for conv_f32().
 ///
-/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the sum
-///          of the channels of all sources, in order
+/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the total
+///          number of channels of all sources, concatenated in order
 /// bias     outputs
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
@@ -11115,7 +11127,8 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  contains all pixels that the plan's outputs read; for 1 x 1 windows with stride 2, also the pixels between them
+/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
+///         these must be included
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
@@ -12843,7 +12856,7 @@ struct farbrausch_level {
     buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
     convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
-    convolution_plan decode;             ///< decoder's convolution, to the decoded pixels of this level
+    convolution_plan decode;             ///< decoder's convolution; its outputs are this level's decoded pixels
     buffer<std::int32_t> decoded_above;  ///< per pixel read: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
@@ -14985,7 +14998,7 @@ struct bilinear_place {
     float share;  ///< weight of `second`
 };
 
-/// Returns the two samples for each pixel along one axis, on which the map has `samples` samples and the photo `pixels` pixels.
+/// Returns, for each of a photo's `pixels` pixels along one axis, the two of the map's `samples` samples to interpolate between.
 /// The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
@@ -18179,7 +18192,7 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/local_matte.hpp
-// Estimates the nearer surface's share in the colors beside a silhouette from these colors, unless the share is known. Each pixel
+// Estimates how much of each color beside a silhouette comes from the nearer surface, where this share is unknown. Each pixel
 // searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
 // (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
 // Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a
@@ -22332,8 +22345,8 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// Simplified outline pieces with a chart on one side only. Piece p has the corners open_corners[first_open_corner[p] ..
-    /// first_open_corner[p + 1]); pieces between two charts have none.
+    /// Corners of simplified outline pieces that border on only one chart: those of piece p are
+    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Pieces between two charts have no entries.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
@@ -23376,8 +23389,8 @@ struct path_options {
     float approach = 0.3F;
 };
 
-/// Returns a camera at `position` that looks at `target`, with the picture's vertical upright in the photo. The points must
-/// differ, and not only in height.
+/// Returns a camera at `position` that looks at `target`. The photo's y axis points up in the picture. The line between the
+/// points must not be vertical.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the

@@ -9,6 +9,12 @@
 using namespace ldi;
 using ldi::testing::random_layers;
 
+template <class Graph>
+concept can_be_reordered = requires(const Graph& g, std::span<const std::int32_t> order) {
+    ldi::reordered(g, order);
+};
+static_assert(can_be_reordered<graph> && !can_be_reordered<graph_view>, "a view may be of a graph that is not valid");
+
 namespace {
 /// Checks independently whether pixels are in canonical order.
 bool stands_in_canonical_order(const random_layers& layers) {

@@ -31,7 +31,9 @@ concept shows_temporary_values = requires(Image&& i) {
 || requires(Image&& i) { std::move(i).begin(); }
 || requires(Image&& i) { std::move(i).end(); };
 static_assert(!shows_temporary_values<image<float>> && !shows_temporary_values<const image<float>>);
-static_assert(std::is_same_v<decltype(std::declval<image<float>>()(0, 0)), float>, "a temporary's value is a copy");
+static_assert(std::is_same_v<decltype(std::declval<image<float>>()(0, 0)), float> &&
+                  std::is_same_v<decltype(std::declval<const image<float>>()(0, 0)), float>,
+              "a temporary's value is a copy");
 template <class Buffer>
 concept points_into_temporary = requires(Buffer&& b) {
     std::move(b).data();
@@ -39,7 +41,8 @@ concept points_into_temporary = requires(Buffer&& b) {
 || requires(Buffer&& b) { std::move(b).begin(); }
 || requires(Buffer&& b) { std::move(b).end(); };
 static_assert(!points_into_temporary<buffer<float>> && !points_into_temporary<const buffer<float>>);
-static_assert(std::is_same_v<decltype(std::declval<buffer<float>>()[0]), float> &&
+static_assert(std::is_same_v<decltype(std::declval<const buffer<float>>()[0]), float> &&
+              std::is_same_v<decltype(std::declval<buffer<float>>()[0]), float> &&
               std::is_same_v<decltype(std::declval<buffer<float>>().front()), float> &&
               std::is_same_v<decltype(std::declval<buffer<float>>().back()), float>);
 static_assert(!std::is_constructible_v<image<float>, int, int, float>, "a value such as 0.5 is not a number of channels");

@@ -164,11 +164,11 @@ public:
 
     // A temporary destroys its values, so it returns a single value by value, and no pointers.
     template <std::integral Index>
-    T operator[](Index i) && {
-        return std::move((*this)[i]);
+    T operator[](Index i) const&& {
+        return (*this)[i];
     }
-    T front() && { return std::move(front()); }
-    T back() && { return std::move(back()); }
+    T front() const&& { return front(); }
+    T back() const&& { return back(); }
     const T* data() const&& = delete;
     const T* begin() const&& = delete;
     const T* end() const&& = delete;
@@ -286,7 +286,8 @@ private:
     bool accepts(Iterator first, Iterator last) const {
         if constexpr (std::is_pointer_v<Iterator>) {
             const auto from = reinterpret_cast<std::uintptr_t>(first), to = reinterpret_cast<std::uintptr_t>(last);
-            const auto mine = reinterpret_cast<std::uintptr_t>(begin()), my_end = reinterpret_cast<std::uintptr_t>(end());
+            const auto mine = reinterpret_cast<std::uintptr_t>(begin()),
+                       my_end = reinterpret_cast<std::uintptr_t>(begin() + capacity());
             if (from != to && from < my_end && mine < to) return false;
         }
         return last - first >= 0;

@@ -91,7 +91,7 @@ inline float natural_logarithm(float x) {
     int exponent = 0;
     double mantissa = std::frexp(double{x}, &exponent);
     if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
-    // 2 artanh(s) as a series of odd powers, truncated where terms are below 1e-15: s^2 is at most 0.0295.
+    // log(m) = 2 artanh(s), a series of odd powers of s. Since s^2 <= 0.0295, terms after s^19 are below 1e-15.
     const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
     double sum = 0;
     for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;

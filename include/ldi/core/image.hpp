@@ -220,7 +220,7 @@ public:
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
-    Scalar operator()(Y y, X x, Channel c = 0) && {
+    Scalar operator()(Y y, X x, Channel c = 0) const&& {
         return (*this)(y, x, c);
     }
 

@@ -35,7 +35,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A photo as it is displayed.
+/// A photo in upright orientation, with EXIF orientation applied.
 struct photo {
     image<std::uint8_t> color;               ///< H x W x 3: red, green, blue, sRGB
     std::optional<float> focal_length_35mm;  ///< EXIF FocalLengthIn35mmFilm, in millimeters; see focal_length_from_35mm()

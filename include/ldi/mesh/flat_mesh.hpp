@@ -57,8 +57,8 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// Simplified outline pieces with a chart on one side only. Piece p has the corners open_corners[first_open_corner[p] ..
-    /// first_open_corner[p + 1]); pieces between two charts have none.
+    /// Corners of simplified outline pieces that border on only one chart: those of piece p are
+    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Pieces between two charts have no entries.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 

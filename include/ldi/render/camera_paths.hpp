@@ -39,8 +39,8 @@ struct path_options {
     float approach = 0.3F;
 };
 
-/// Returns a camera at `position` that looks at `target`, with the picture's vertical upright in the photo. The points must
-/// differ, and not only in height.
+/// Returns a camera at `position` that looks at `target`. The photo's y axis points up in the picture. The line between the
+/// points must not be vertical.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the

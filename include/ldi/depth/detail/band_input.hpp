@@ -21,7 +21,7 @@ struct bilinear_place {
     float share;  ///< weight of `second`
 };
 
-/// Returns the two samples for each pixel along one axis, on which the map has `samples` samples and the photo `pixels` pixels.
+/// Returns, for each of a photo's `pixels` pixels along one axis, the two of the map's `samples` samples to interpolate between.
 /// The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);

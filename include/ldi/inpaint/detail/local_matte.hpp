@@ -1,4 +1,4 @@
-// Estimates the nearer surface's share in the colors beside a silhouette from these colors, unless the share is known. Each pixel
+// Estimates how much of each color beside a silhouette comes from the nearer surface, where this share is unknown. Each pixel
 // searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
 // (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
 // Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a

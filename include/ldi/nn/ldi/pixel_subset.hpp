@@ -50,7 +50,8 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  contains all pixels that the plan's outputs read; for 1 x 1 windows with stride 2, also the pixels between them
+/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
+///         these must be included
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
