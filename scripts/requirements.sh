@@ -6,6 +6,7 @@
 #   require NEED...   installs missing packages with apt-get. Without apt-get, lists the missing needs and exits. NEED is
 #                     "KIND NAME;Debian package". KIND is command, header (also "header NAME|OTHER"), module (of the system's
 #                     Python), shared (a shared library), library (of clang) or file.
+#   with_screen COMMAND...        runs a command with a virtual screen
 #   install_npm_packages FOLDER   installs the packages of the folder's package-lock.json, unless they are installed
 
 # shellcheck shell=bash disable=SC2034
@@ -36,8 +37,8 @@ readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_browser=("command chromium;chromium")
 readonly needs_web=("command em++;emscripten" "command node;nodejs" "command npm;npm" "header stb/stb_image.h;libstb-dev")
-readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command ffprobe;ffmpeg"
-    "command heif-enc;libheif-examples")
+readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command xvfb-run;xvfb" "command xauth;xauth"
+    "command ffprobe;ffmpeg" "command heif-enc;libheif-examples")
 readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy"
     "header nlohmann/json.hpp;nlohmann-json3-dev" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
@@ -108,6 +109,9 @@ install_or_end() {
     "${as_root[@]}" apt-get update -q >&2
     "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${@#*;}" >&2
 }
+
+# with_screen COMMAND...: runs a command with a virtual screen, without which Firefox has no WebGL.
+with_screen() { xvfb-run -a -s "-screen 0 1600x1200x24" "$@"; }
 
 install_npm_packages() {
     # npm records the installed packages in this file.

@@ -48,7 +48,7 @@ void add_graphs() {
                 if (i % 1024 != 0) b.link(i, ldi::side::left, i - 1);
                 if (i >= 1024) b.link(i, ldi::side::up, i - 1024);
             }
-            return std::move(b).build(ldi::unchecked);
+            return std::move(b).build(ldi::detail::unchecked);
         });
     });
     add("core/validate/graph", [](benchmark::State& state) {
@@ -233,13 +233,13 @@ void add_components() {
 
 /// Scattered blocks of 48 x 64 pixels, in place of a silhouette network's band.
 ldi::pixel_region disks() {
-    ldi::pixel_region region(width);
+    ldi::pixel_region_builder region(width);
     for (std::int32_t y = 0; y < height; ++y) {
         for (std::int32_t x = 0; x < width; ++x)
             if ((x / 64 + y / 64) % 3 == 0 && (x % 64) < 48) region.add_run(x, x + 1);
         region.end_row();
     }
-    return region;
+    return std::move(region).build();
 }
 
 void add_regions() {

@@ -209,11 +209,12 @@ void add_plans() {
         add_plan(
             joined("squares of ", std::to_string(side)), [side]() -> const ldi::graph& { return squares(side); }, 3, false);
     add("nn/plan_convolution/region 3x3", [](benchmark::State& state) {
-        ldi::pixel_region region(1152);
+        ldi::pixel_region_builder rows(1152);
         for (std::int32_t y = 0; y < 1536; ++y) {
-            for (std::int32_t x = y % 7; x + 40 < 1152; x += 120) region.add_run(x, x + 40);
-            region.end_row();
+            for (std::int32_t x = y % 7; x + 40 < 1152; x += 120) rows.add_run(x, x + 40);
+            rows.end_row();
         }
+        const ldi::pixel_region region = std::move(rows).build();
         measure(state, pixels_text(region.size()), {.pixels = static_cast<double>(region.size())},
                 [&] { return ldi::plan_convolution(region, 3); });
     });
@@ -329,6 +330,7 @@ void add_elementwise() {
     add("nn/add/16 channels, int8", [](benchmark::State& state) {
         byte_map a = bytes(sample_graph().size());
         const byte_map b = a;
+        // Half of these sums are halves, which float rounds to even, so the kernel adds in integers.
         const ldi::add_u8_constants sum =
             ldi::prepare_add_u8(ldi::best_isa(), ldi::make_quantized_addition(byte_input, byte_input, {0.02F, 128}));
         measure(state, pixels_text(a.pixels()), {.bytes = 3.0 * static_cast<double>(a.values.size())},

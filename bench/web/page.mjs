@@ -1,21 +1,63 @@
-// node page.mjs ROUNDS: times examples/web in Chromium and Firefox. Each round opens the page, waits until its warm-up ends, and converts
-// the sample (1152 x 1536) five times. Then it opens the page again and converts at once. Prints medians; the last number is Chromium's for
-// the photos after the first, in milliseconds. On a busy machine, rely on the processor time, which is the sum over all processes of the
-// browser.
+// node page.mjs ROUNDS: times examples/web in Chromium and Firefox, from the choice of a file until the first picture of the turning 3D photo is
+// drawn. Each round opens the page, waits until its warm-up ends, and chooses the sample (1152 x 1536) five times. Then it opens the page
+// again and chooses the sample at once. Prints medians; the last number is Chromium's for the photos after the first, in milliseconds. On a
+// busy machine, rely on the processor time, which is the sum over all processes of the browser. A software renderer draws the 3D photo.
 
 import { readdir, readFile, stat } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
-import { convert, openPage, startBrowser } from "../../tests/web/browsers.mjs";
+import { choose, convert, openPage, startBrowser } from "../../tests/web/browsers.mjs";
 
 const top = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const rounds = Number(process.argv[2] ?? 5);
-const sample = await readFile(join(top, "examples/photo3d/sample.jpg"));
+const samplePath = join(top, "examples/photo3d/sample.jpg");
+const sample = await readFile(samplePath);
 const site = join(top, "build/web/site");
 const address = pathToFileURL(join(top, "build/web/photo3d.html")).href;
 
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 const print = (name, value, unit = "ms") => console.log(`${name.padEnd(44)} ${value.toFixed(0).padStart(7)} ${unit}`);
+
+/** Opens the page, and makes it record when a file is chosen, and when the 3D photo of that file has been drawn and turns. */
+async function openTimed(browser) {
+    const page = await openPage(browser, address);
+    await page.evaluate(() => {
+        const shown = () => document.getElementById("frame").contentDocument.querySelector("photo-3d");
+        document.getElementById("file").addEventListener("change", () => {
+            const chosen = performance.now();
+            const before = shown();
+            window.timeUntilTurning = new Promise((resolve) => {
+                const look = () => {
+                    const photo = shown();
+                    const isTurning = photo?.complete && photo !== before && photo.state().reach.right !== 0;
+                    if (isTurning) resolve(performance.now() - chosen);
+                    else requestAnimationFrame(look);
+                };
+                look();
+            });
+        }, true);
+    });
+    return page;
+}
+
+/** Chooses the sample, and waits until its 3D photo turns. */
+async function time(page) {
+    const facts = await choose(page, samplePath);
+    return { milliseconds: await page.evaluate(() => window.timeUntilTurning), facts };
+}
+
+/** Returns the pictures per second of a turning 3D photo, the draw calls of a picture, and the memory of the page's JavaScript in bytes. */
+function watch(page) {
+    return page.evaluate(async () => {
+        const seconds = 3;
+        const { statistics } = document.getElementById("frame").contentDocument.querySelector("photo-3d").constructor;
+        const before = statistics();
+        await new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+        const after = statistics();
+        const frames = after.frames - before.frames;
+        return { rate: frames / seconds, calls: (after.drawings - before.drawings) / frames, heap: performance.memory?.usedJSHeapSize ?? 0 };
+    });
+}
 
 const isRead = (name) => !/^(converter_threads|heic)[.]/.test(name);
 const sizes = await Promise.all((await readdir(site)).filter(isRead).map((name) => stat(join(site, name))));
@@ -37,24 +79,27 @@ async function processorTime(root) {
     return sum(String(root));
 }
 for (const kind of ["chromium", "firefox"]) {
-    const times = { ready: [], warm: [], cold: [], first: [], next: [], firstProcessor: [], nextProcessor: [] };
+    const times = { ready: [], warm: [], cold: [], first: [], next: [], rate: [], firstProcessor: [], nextProcessor: [] };
     const stages = {};
     let heap = 0;
+    let turning;
     for (let round = 0; round < rounds; ++round) {
         const browser = await startBrowser(kind);
-        const page = await openPage(browser, address);
+        const page = await openTimed(browser);
         times.ready.push((await page.evaluate(() => window.photo3d.converter.ready)).milliseconds);
         times.warm.push((await page.evaluate(() => window.photo3d.converter.warm)).milliseconds);
         for (let i = 0; i < 5; ++i) {
             const before = await processorTime(browser.process().pid);
-            const { milliseconds, facts } = await convert(page, "sample.jpg", sample);
+            const { milliseconds, facts } = await time(page);
             times[i === 0 ? "first" : "next"].push(milliseconds);
             times[i === 0 ? "firstProcessor" : "nextProcessor"].push((await processorTime(browser.process().pid)) - before);
             heap = Math.max(heap, facts.heap);
             if (i > 0) for (const [stage, time] of Object.entries(facts.stages)) (stages[stage] ??= []).push(time);
         }
-        const cold = await openPage(browser, address);
-        times.cold.push((await convert(cold, "sample.jpg", sample)).milliseconds);
+        turning = await watch(page);
+        times.rate.push(turning.rate);
+        const cold = await openTimed(browser);
+        times.cold.push((await time(cold)).milliseconds);
         await browser.close();
     }
     print(`${kind}: loading the networks`, median(times.ready));
@@ -66,6 +111,9 @@ for (const kind of ["chromium", "firefox"]) {
     print("    processor time", median(times.nextProcessor));
     for (const [stage, all] of Object.entries(stages)) print(`    ${stage}`, median(all));
     print(`${kind}: memory of the converter`, heap / 1e6, "MB");
+    if (turning.heap > 0) print(`${kind}: memory of the page's JavaScript`, turning.heap / 1e6, "MB");
+    print(`${kind}: pictures of the turning 3D photo`, median(times.rate), "per second");
+    print("    draw calls of a picture", turning.calls, "");
     results[kind] = median(times.next);
 }
 const browser = await startBrowser("chromium");

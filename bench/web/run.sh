@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# run.sh [ROUNDS]: measures the page of examples/web in headless Chromium and Firefox: the first photo after the page is ready, the photos
-# after it, the stages, the memory and the download. Then compares the depth network in WebAssembly with ONNX Runtime Web and TensorFlow.js
+# run.sh [ROUNDS]: measures the page of examples/web in headless Chromium and in Firefox on a virtual screen: from the choice of a photo until
+# its 3D photo turns, for the first photo after the page is ready and for the photos after it; the stages, the memory, the download, and the
+# pictures per second of the turning 3D photo. Then compares the depth network in WebAssembly with ONNX Runtime Web and TensorFlow.js
 # (bench/peers/tiefenrausch_webassembly.sh), if ../shared has the published network. Installs missing packages. Ends with
 # "photo to 3D photo D ms, depth ratio D.DD": the median time of photos after the first in Chromium, and our time for the depth network
 # divided by that of the faster peer (0 without a peer).
@@ -16,7 +17,7 @@ install_npm_packages "$top/tests/web"
 "$top/examples/web/build.sh" >/dev/null
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-node "$here/page.mjs" "$rounds" | tee "$log"
+with_screen node "$here/page.mjs" "$rounds" | tee "$log"
 photo=$(tail -n 1 "$log")
 "$top/bench/peers/tiefenrausch_webassembly.sh" "$rounds" | tee "$log" || [ $? = 75 ] # 75: the published network or the peers are absent
 ratio=$(sed -n 's/^ratio //p' "$log")

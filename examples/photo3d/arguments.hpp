@@ -102,7 +102,7 @@ inline void describe_files(CLI::App& app, arguments& a) {
         ->check(named);
     app.add_option("--quality", a.quality, "JPEG quality of the texture")
         ->type_name("NUMBER")
-        ->check(between(1, 100))
+        ->check(whole_between(1, 100))
         ->capture_default_str();
     describe_compression(app, a.compression);
     app.add_option("--stages", a.stages, "folder to write pictures of every stage to")->type_name("FOLDER")->check(named);
@@ -126,6 +126,7 @@ inline void describe_depth(CLI::App& app, arguments& a) {
         ->needs(depth);
     app.add_option("--depth-scale", a.depth_map.scale, "factor of the map's values, 0.001 for millimeters")
         ->type_name("NUMBER")
+        ->check(positive())
         ->needs(depth);
     app.add_flag("--depth-near-is-black", a.near_is_black, "small values of a disparity map are near")->needs(depth);
     app.add_flag("--depth-zero-is-unknown", a.depth_map.invalid_zero, "0 in the map means unknown")->needs(depth);
@@ -151,7 +152,7 @@ inline void describe_geometry(CLI::App& app, arguments& a) {
     app.add_option("--geometry-size", a.geometry_side,
                    "long side at which depth, silhouettes and hidden surfaces are computed, if --size is larger")
         ->type_name("NUMBER")
-        ->check(between(16, 4096))
+        ->check(whole_between(16, 4096))
         ->capture_default_str();
     app.add_option("--fov", a.field_of_view,
                    "field of view over the long side, in degrees; default: from EXIF, otherwise that of a 26 mm lens in 35 mm "
@@ -226,11 +227,10 @@ inline void describe_batch(CLI::App& app, arguments& a) {
         ->type_name("FILE")
         ->check(named())
         ->needs(batch);
-    CLI::Validator size = CLI::AsSizeValue(true);
     app.add_option("--memory", a.memory,
                    "memory limit of a batch, such as 2GB, which limits the number of photos converted at the same time; "
                    "default: half of the machine's memory")
-        ->transform(size.description(""))
+        ->transform(memory_size())
         ->type_name("SIZE")
         ->needs(batch);
     app.add_flag("--embed", a.embed,
@@ -252,10 +252,10 @@ inline void describe_program(CLI::App& app, arguments& a) {
         ->check(formats_named());
     app.add_option("--threads", a.threads, "number of threads; 0: one per processor")
         ->type_name("NUMBER")
-        ->check(between(0, 1024))
+        ->check(whole_between(0, 1024))
         ->capture_default_str();
     app.add_flag("--quiet", a.quiet, "print errors only");
-    app.set_version_flag("--version", program_version + parts_left_out(),
+    app.set_version_flag("--version", program_version + parts_left_out() + "\n",
                          "print the version and the optional parts that this build lacks, and exit");
     app.set_help_flag("-h,--help", "print all options and exit");
 }
@@ -286,6 +286,16 @@ inline void apply_preset(const CLI::App& app, arguments& a) {
     a.hard_edges = true;
 }
 
+/// Reports named weights that do not exist, before any work. Raises file_access.
+inline void check_weights(const arguments& a) {
+    std::error_code ignored;
+    const bool is_published = std::filesystem::is_directory(a.depth_model, ignored);
+    for (const char* const file : {"tiefenrausch.pb", "tiefenrausch_init.pb"})
+        check_input(is_published ? a.depth_model / file : a.depth_model, "weights of the depth network");
+    check_input(a.inpainting_model, "weights of the inpainting network");
+    check_input(a.silhouette_model, "weights of the silhouette network");
+}
+
 /// Finds the weights that no option names.
 inline void find_weights(arguments& a, const std::filesystem::path& data) {
     a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
@@ -295,6 +305,7 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
     const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
     if (a.inpaint == "diffusion") a.inpainting_model.clear();
     if (a.silhouette_model == "none") a.silhouette_model.clear();
+    check_weights(a);
     if (!needs_depth && !needs_inpainting) return;
     const model_folders folders(data);
     const auto missing = [&](const char* options, const char* file) {

@@ -244,18 +244,20 @@ inline void check_batch_options(const arguments& a) {
     if (!a.stereo_image.empty()) refuse("--stereo-image");
     if (!a.usdz.empty()) refuse("--usdz");
     check_compression(a.compression);
-    std::error_code failed;
+    std::error_code failed, ignored;
     for (const std::filesystem::path& folder : {a.output, a.html, a.report}) {
         if (folder.empty()) continue;
         if (is_standard(folder)) raise(error_code::invalid_option, "-", "the name of a folder, with --batch", "standard output");
         std::filesystem::create_directories(folder, failed);
-        if (!std::filesystem::is_directory(folder)) {
-            if (failed) raise_system_error(failed.value(), folder, "a folder, with --batch");
-            raise(error_code::file_access, folder.string(), "a folder, with --batch", "a file");
+        if (!std::filesystem::is_directory(folder, ignored)) {
+            if (std::filesystem::exists(folder, ignored))
+                raise(error_code::file_access, folder.string(), "a folder, with --batch", "a file");
+            raise_system_error(failed.value(), folder, "a folder, with --batch");
         }
     }
-    if (!a.depth.empty() && a.depth != "none" && !std::filesystem::is_directory(a.depth, failed))
-        raise(error_code::file_access, a.depth.string(), "a folder of depth maps, with --batch", "none");
+    if (!a.depth.empty() && a.depth != "none" && !std::filesystem::is_directory(a.depth, ignored))
+        raise(error_code::file_access, a.depth.string(), "a folder of depth maps, with --batch",
+              std::filesystem::exists(a.depth, ignored) ? "a file" : "no such folder");
 }
 
 }  // namespace ldi::examples

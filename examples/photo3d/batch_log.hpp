@@ -2,9 +2,8 @@
 #pragma once
 
 #include "messages.hpp"
+#include "outputs.hpp"
 #include "system.hpp"
-
-#include <ldi/io/system_error.hpp>
 
 #include <nlohmann/json.hpp>
 
@@ -16,7 +15,6 @@
 #include <cstdio>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -24,9 +22,7 @@ namespace ldi::examples {
 
 /// Writes a line of JSON to standard output in one piece. Raises file_access or unavailable if the reader has closed the pipe.
 inline void write_line(const nlohmann::ordered_json& line) {
-    const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-    if (const int failure = write_standard_output(std::as_bytes(std::span(text))); failure != 0)
-        raise_system_error(failure, "standard output", "a reader");
+    print_text(line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 /// Selects the figures of a photo's line from its report, and the notes if there are any.

@@ -41,8 +41,10 @@ public:
     file_handle() = default;
     file_handle(const std::filesystem::path& path, int flags) : number_(::open(path.c_str(), flags | O_CLOEXEC)) {}
     /// Opens a file in a folder.
-    file_handle(const file_handle& folder, const std::filesystem::path& name, int flags)
-        : number_(::openat(folder.number_, name.c_str(), flags | O_CLOEXEC)) {}
+    ///
+    /// mode  permissions of a new file
+    file_handle(const file_handle& folder, const std::filesystem::path& name, int flags, mode_t mode = 0)
+        : number_(::openat(folder.number_, name.c_str(), flags | O_CLOEXEC, mode)) {}
     file_handle(file_handle&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
     file_handle& operator=(file_handle&& other) noexcept {
         std::swap(number_, other.number_);

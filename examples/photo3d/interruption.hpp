@@ -64,7 +64,6 @@ class interruption {
 public:
     /// discard  called on a separate thread while others work; no file may be written after it
     explicit interruption(std::function<void()> discard) : discard_(std::move(discard)) {
-        std::signal(SIGPIPE, SIG_IGN);  // write() reports a closed pipe instead
         sigemptyset(&signals_);
         sigaddset(&signals_, wake_up);
         for (const int number : {SIGINT, SIGTERM, SIGHUP}) {

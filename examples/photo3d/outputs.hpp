@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <initializer_list>
 #include <span>
 #include <string>
@@ -52,9 +53,29 @@ inline std::vector<std::byte> read_input(const std::filesystem::path& name, std:
     }
 }
 
+/// Writes all bytes to standard output. Raises file_access or unavailable, for example if the reader has closed the pipe.
+inline void print_bytes(std::span<const std::byte> bytes) {
+    if (const int failure = write_standard_output(bytes); failure != 0)
+        raise_system_error(failure, "standard output", "a reader");
+}
+inline void print_text(std::string_view text) { print_bytes(std::as_bytes(std::span(text))); }
+
 /// Name of an input in messages.
 inline std::string name_of_input(const std::filesystem::path& name) {
     return is_standard(name) ? "standard input" : name.string();
+}
+
+/// Reports an input that does not exist, is a folder or can't be opened, before any work. Ignores an empty name. Raises
+/// file_access.
+inline void check_input(const std::filesystem::path& name, std::string_view expected) {
+    if (name.empty() || is_standard(name)) return;
+    std::error_code unknown;
+    const std::filesystem::file_status status = std::filesystem::status(name, unknown);
+    if (status.type() == std::filesystem::file_type::not_found || status.type() == std::filesystem::file_type::none)
+        raise_system_error(unknown ? unknown.value() : ENOENT, name, expected);
+    if (std::filesystem::is_directory(status)) raise(error_code::file_access, name.string(), expected, "a folder");
+    errno = 0;
+    if (std::filesystem::is_regular_file(status) && !std::ifstream(name)) raise_system_error(last_error(), name, expected);
 }
 
 /// All files that a run writes. They appear together at its end, or not at all.
@@ -108,8 +129,7 @@ public:
 
     /// Puts all files in place and flushes them to the disk. Raises file_access, unavailable.
     void commit() {
-        if (const int failure = write_standard_output(standard_output_); failure != 0)
-            raise_system_error(failure, "standard output", "a reader");
+        print_bytes(standard_output_);
         files_.commit();
     }
 

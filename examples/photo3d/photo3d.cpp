@@ -14,7 +14,7 @@
 #include "stage_pictures.hpp"
 #include "stereo_image.hpp"
 #include "system.hpp"
-#include "unknown_option.hpp"
+#include "usage_error.hpp"
 #include "usdz.hpp"
 #include "video.hpp"
 
@@ -60,12 +60,16 @@ void name_embedded_files(photo_files& names) {
 
 /// Determines the names of a run over one photo. Raises invalid_option, file_access.
 photo_files names_of(const arguments& a) {
-    std::error_code ignored;
-    if (std::filesystem::is_directory(a.photos.front(), ignored))
-        ldi::raise(ldi::error_code::invalid_option, a.photos.front().string(), "a photo", "a folder (use --batch for folders)");
+    for (const std::filesystem::path& photo : a.photos) {
+        std::error_code ignored;
+        if (std::filesystem::is_directory(photo, ignored))
+            ldi::raise(ldi::error_code::invalid_option, photo.string(), "a photo", "a folder (use --batch for folders)");
+        check_input(photo, "a photo");
+    }
     if (a.photos.size() != 1)
         ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo",
                    std::to_string(a.photos.size()) + " (use --batch for several)");
+    check_input(a.depth, "a depth map");
     photo_files names{a.photos.front(), a.depth, a.output, a.html, a.report, false};
     find_map_beside(names, a);
     if (a.embed) name_embedded_files(names);
@@ -190,13 +194,14 @@ int run_program(int count, char** values) {
         app.footer(app.get_footer() + "\n\nExit codes: " + exit_code_text);
         app.parse(count, values);
         apply_preset(app, a);
-    } catch (const CLI::Success& e) {
-        return app.exit(e);  // --help, --version, --generate
+    } catch (const CLI::CallForHelp&) {
+        print_text(app.help());
+        return exit_done;
+    } catch (const CLI::CallForVersion& e) {  // --version, --generate
+        print_text(e.what());
+        return exit_done;
     } catch (const CLI::ParseError& e) {
-        const bool lacks_photo = e.get_name() == "RequiredError";
-        std::string text = unknown_option(app, count, values);
-        if (text.empty()) text = e.what() + (lacks_photo ? std::string("; usage: ") + usage_text : std::string());
-        say(text + " (photo3d --help lists all options)");
+        say(usage_error(app, e, count, values) + " (photo3d --help lists all options)");
         return exit_usage;
     }
     if (a.batch) return run_batch(a, data);

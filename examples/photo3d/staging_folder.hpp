@@ -50,17 +50,22 @@ inline void remove_abandoned(const std::filesystem::path& folder) {
     }
 }
 
+/// Returns .ldi-NUMBER, with a random number of 64 bits, so that no other file has the name.
+inline std::string temporary_name() {
+    std::random_device random;
+    const std::uint64_t number = (std::uint64_t{random()} << 32) | random();
+    std::string name = ".ldi-";
+    for (int shift = 60; shift >= 0; shift -= 4) name += "0123456789abcdef"[(number >> shift) & 15];
+    return name;
+}
+
 /// Makes a staging folder. Raises file_access, unavailable.
 inline staging_folder make_staging_folder(const std::filesystem::path& beside, bool removes_abandoned) {
     if (removes_abandoned) remove_abandoned(beside);
-    std::random_device random;
     for (;;) {
-        const std::uint64_t number = (std::uint64_t{random()} << 32) | random();
-        std::string name = ".ldi-";
-        for (int shift = 60; shift >= 0; shift -= 4) name += "0123456789abcdef"[(number >> shift) & 15];
         staging_folder made;
         made.beside = beside;
-        made.path = beside / (name + ".tmp");
+        made.path = beside / (temporary_name() + ".tmp");
         std::error_code failure;
         std::filesystem::create_directory(made.path, failure);
         if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be made");

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -56,11 +57,14 @@ private:
 #endif
 };
 
-/// On Windows, switches standard streams to binary mode, and the console to UTF-8.
+/// Makes writing to a closed pipe fail instead of ending the program. On Windows, switches standard streams to binary mode, and
+/// the console to UTF-8.
 inline void prepare_standard_streams() {
 #if defined(_WIN32)
     for (const int number : {0, 1, 2}) _setmode(number, _O_BINARY);
     SetConsoleOutputCP(CP_UTF8);
+#else
+    std::signal(SIGPIPE, SIG_IGN);
 #endif
 }
 

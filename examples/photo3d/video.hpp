@@ -67,11 +67,11 @@ inline void describe_video(CLI::App& app, video_options& v) {
         ->capture_default_str();
     app.add_option("--fps", v.frames_per_second, "frames per second; default 30, or 20 in .webp and .gif")
         ->type_name("NUMBER")
-        ->check(between(1, 120))
+        ->check(whole_between(1, 120))
         ->needs(video);
     app.add_option("--video-size", v.size, "long side of the video in pixels; default 960, or 480 in .webp and .gif")
         ->type_name("NUMBER")
-        ->check(between(16, 8192))
+        ->check(whole_between(16, 8192))
         ->needs(video);
     app.add_option("--stereo", v.stereo, "stereo video: side-by-side, or anaglyph for red-cyan glasses")
         ->check(one_of({"none", "side-by-side", "anaglyph"}))

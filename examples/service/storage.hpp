@@ -2,14 +2,17 @@
 // server (s3_storage.hpp); a patient_storage wraps either one and retries.
 #pragma once
 
-#include "../photo3d/file_set.hpp"
+#include "../photo3d/file_system.hpp"
+#include "../photo3d/staging_folder.hpp"
 #include "message.hpp"
 
 #include <ldi/base/error.hpp>
 #include <ldi/io/system_error.hpp>
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -95,12 +98,81 @@ public:
         struct stat facts {};
         if (::fstatat(folder.number(), name_of(key).c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(facts.st_mode))
             raise(error_code::file_access, path_of(key), "a plain file or none", "a link, or something else that is no file");
-        file_set files;
-        files.write(path_of(key), bytes);
-        files.commit();
+        temporary_file file(folder);
+        if (!file.write(bytes) || !file.put_in_place(name_of(key))) fail(key, "a writable place");
     }
 
 private:
+    /// A new file of a folder that is not complete yet: .ldi-NUMBER.put. It is locked, so that other processes can recognize the
+    /// files that killed processes left. All functions work on the open folder, so that nothing outside is written even if a
+    /// stranger replaces folders by links meanwhile.
+    class temporary_file {
+    public:
+        /// Also removes the files of killed processes.
+        explicit temporary_file(const file_handle& folder) : folder_(folder) {
+            remove_abandoned();
+            struct stat facts {};
+            do {  // until no process has removed the file as abandoned before it was locked
+                name_ = temporary_name() + ".put";
+                file_ = file_handle(folder, name_, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0666);
+            } while (file_.number() >= 0 && ::flock(file_.number(), LOCK_EX) == 0 && ::fstat(file_.number(), &facts) == 0 &&
+                     facts.st_nlink == 0);
+        }
+        temporary_file(const temporary_file&) = delete;
+        temporary_file& operator=(const temporary_file&) = delete;
+        ~temporary_file() {
+            const int reason = errno;
+            if (file_.number() >= 0) ::unlinkat(folder_.number(), name_.c_str(), 0);  // fails if the file is in place
+            errno = reason;
+        }
+
+        /// Writes all bytes to the disk. False after a failure, which errno names.
+        bool write(std::span<const std::byte> bytes) {
+            if (file_.number() < 0) return false;
+            while (!bytes.empty()) {
+                const ssize_t written = ::write(file_.number(), bytes.data(), bytes.size());
+                if (written < 0 && errno == EINTR) continue;
+                if (written < 0) return false;
+                bytes = bytes.subspan(static_cast<std::size_t>(written));
+            }
+            return ::fsync(file_.number()) == 0;
+        }
+
+        /// Replaces the file `name`, if it is not protected, and keeps its permissions and, if the system allows it, its owner.
+        /// False after a failure, which errno names.
+        bool put_in_place(const std::string& name) {
+            struct stat old {};
+            if (::fstatat(folder_.number(), name.c_str(), &old, AT_SYMLINK_NOFOLLOW) == 0) {
+                if (::faccessat(folder_.number(), name.c_str(), W_OK, AT_EACCESS) != 0) return false;
+                static_cast<void>(::fchown(file_.number(), old.st_uid, old.st_gid) == 0);
+                if (::fchmod(file_.number(), old.st_mode & 07777) != 0) return false;
+            }
+            if (::renameat(folder_.number(), name_.c_str(), folder_.number(), name.c_str()) != 0) return false;
+            ::fsync(folder_.number());  // not every file system can
+            return true;
+        }
+
+    private:
+        void remove_abandoned() const {
+            const int again = ::openat(folder_.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // closedir() closes it
+            if (again < 0) return;
+            const std::unique_ptr<DIR, int (*)(DIR*)> items(::fdopendir(again), ::closedir);
+            for (const dirent* item = nullptr; items && (item = ::readdir(items.get())) != nullptr;) {
+                const std::string name = item->d_name;
+                if (!name.starts_with(".ldi-") || !name.ends_with(".put")) continue;
+                const file_handle file(folder_, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+                struct stat facts {};
+                if (file.number() >= 0 && ::flock(file.number(), LOCK_EX | LOCK_NB) == 0 && ::fstat(file.number(), &facts) == 0 &&
+                    S_ISREG(facts.st_mode) && facts.st_uid == ::geteuid())
+                    ::unlinkat(folder_.number(), name.c_str(), 0);
+            }
+        }
+
+        const file_handle& folder_;
+        std::string name_;
+        file_handle file_;
+    };
+
     std::string path_of(const std::string& key) const { return (folder_ / key).string(); }
     static std::string name_of(const std::string& key) { return std::filesystem::path(key).filename().string(); }
 

@@ -333,6 +333,7 @@ private:
 #include <cstring>
 #include <initializer_list>
 #include <new>
+#include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -409,8 +410,8 @@ struct memory_block {
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
 /// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
-/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). Move
-/// constructors of values, and the iterators of append() and insert(), must not throw.
+/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). A
+/// buffer that grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -460,27 +461,38 @@ public:
     }
     std::size_t capacity() const { return block_.capacity; }
     bool empty() const { return size() == 0; }
-    T* data() { return static_cast<T*>(block_.values); }
-    const T* data() const { return static_cast<const T*>(block_.values); }
-    T* begin() { return data(); }
-    const T* begin() const { return data(); }
-    T* end() { return data() + size(); }
-    const T* end() const { return data() + size(); }
+    T* data() & { return static_cast<T*>(block_.values); }
+    const T* data() const& { return static_cast<const T*>(block_.values); }
+    T* begin() & { return data(); }
+    const T* begin() const& { return data(); }
+    T* end() & { return data() + size(); }
+    const T* end() const& { return data() + size(); }
 
     template <std::integral Index>
-    T& operator[](Index i) {
+    T& operator[](Index i) & {
         LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
-    const T& operator[](Index i) const {
+    const T& operator[](Index i) const& {
         LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
-    T& front() { return (*this)[0]; }
-    const T& front() const { return (*this)[0]; }
-    T& back() { return (*this)[size() - 1]; }
-    const T& back() const { return (*this)[size() - 1]; }
+    T& front() & { return (*this)[0]; }
+    const T& front() const& { return (*this)[0]; }
+    T& back() & { return (*this)[size() - 1]; }
+    const T& back() const& { return (*this)[size() - 1]; }
+
+    // A temporary destroys its values, so it returns a single value by value, and no pointers.
+    template <std::integral Index>
+    T operator[](Index i) && {
+        return std::move((*this)[i]);
+    }
+    T front() && { return std::move(front()); }
+    T back() && { return std::move(back()); }
+    const T* data() const&& = delete;
+    const T* begin() const&& = delete;
+    const T* end() const&& = delete;
 
     /// Initializes new values to zero.
     void resize(std::size_t count) {
@@ -536,6 +548,7 @@ public:
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
+        LDI_ASSERT(accepts(first, last));
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
             // memcpy() instead of a loop: byte values may alias the size, so that a loop would have to update it in memory for
@@ -551,7 +564,7 @@ public:
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(moves_as_bytes);
-        LDI_ASSERT(begin() <= place && place <= end());
+        LDI_ASSERT(begin() <= place && place <= end() && accepts(first, last));
         const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size() - at;
         const std::size_t count = static_cast<std::size_t>(last - first);
         if (size() + count > capacity()) reallocate(block_.grown(size() + count));
@@ -589,6 +602,17 @@ private:
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
+    // Whether append() accepts a range. Only pointers tell where the range lies.
+    template <class Iterator>
+    bool accepts(Iterator first, Iterator last) const {
+        if constexpr (std::is_pointer_v<Iterator>) {
+            const auto from = reinterpret_cast<std::uintptr_t>(first), to = reinterpret_cast<std::uintptr_t>(last);
+            const auto mine = reinterpret_cast<std::uintptr_t>(begin()), my_end = reinterpret_cast<std::uintptr_t>(end());
+            if (from != to && from < my_end && mine < to) return false;
+        }
+        return last - first >= 0;
+    }
+
     void* place_at_end() { return static_cast<void*>(end()); }
 
     void make_room(std::size_t count) {
@@ -613,9 +637,12 @@ private:
             move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
+        static_assert(std::is_nothrow_move_constructible_v<T> || std::is_copy_constructible_v<T>,
+                      "a buffer must keep its values if it cannot grow");
         buffer moved;  // its destructor releases `place` if a constructor throws, and otherwise the old block
         moved.block_ = {place, 0, new_capacity, block_.from};
-        for (; moved.size() < size(); ++moved.block_.size) ::new (moved.place_at_end()) T(std::move(data()[moved.size()]));
+        for (; moved.size() < size(); ++moved.block_.size)
+            ::new (moved.place_at_end()) T(std::move_if_noexcept(data()[moved.size()]));
         swap(moved);
     }
 
@@ -628,7 +655,6 @@ private:
 // `array_view<T>`: a non-owning view of an array. Like std::span, but indexed by any integer type without a cast.
 
 #include <span>
-#include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -1368,11 +1394,11 @@ inline std::optional<violation> validate(const graph_view& g) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+namespace detail {
 /// Tag for overloads that skip a check. The caller guarantees what the check would find out.
 struct unchecked_t {};
 inline constexpr unchecked_t unchecked{};
 
-namespace detail {
 [[noreturn]] inline void refuse_graph(const violation& found) {
     raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
           "a violation at pixel " + std::to_string(found.pixel));
@@ -1457,7 +1483,7 @@ public:
         return graph(std::move(*this));
     }
     /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
-    [[nodiscard]] graph build(unchecked_t) && {
+    [[nodiscard]] graph build(detail::unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }
@@ -1487,7 +1513,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
             g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
             g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
-    return std::move(g).build(unchecked);
+    return std::move(g).build(detail::unchecked);
 }
 
 }}  // namespace ldi
@@ -1545,7 +1571,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 }
 
 /// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
-inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
+inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     buffer<std::int32_t> new_index(g.size(), no_pixel);
     std::size_t wrong = 0;  // first index that is out of range or occurs twice
     if (order.size() == g.size())
@@ -1566,7 +1592,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
             result.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
         }
     }
-    return std::move(result).build(unchecked);
+    return std::move(result).build(detail::unchecked);
 }
 
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
@@ -1604,6 +1630,7 @@ template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
+    requires std::is_nothrow_move_constructible_v<typename T::scalar>;
     requires std::integral<std::remove_cv_t<decltype(T::channels)>>;
     requires(T::channels > 0 && T::channels <= 65536 && sizeof(typename T::scalar) * T::channels <= 65536);
 };
@@ -2040,7 +2067,7 @@ public:
             layered_image &image, &edited;
             graph_builder links;
             ~restorer() {
-                edited.graph_ = std::move(links).build(unchecked);
+                edited.graph_ = std::move(links).build(detail::unchecked);
                 image = std::move(edited);
             }
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
@@ -2071,7 +2098,7 @@ public:
                 b.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
             }
         }
-        *this = with_pixels(std::move(b).build(unchecked), old_index);
+        *this = with_pixels(std::move(b).build(detail::unchecked), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
@@ -2349,7 +2376,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     const buffer<pixel_run> runs = runs_of(g);
     graph_builder coarse = detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build(unchecked);
+    result.topology = std::move(coarse).build(detail::unchecked);
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
@@ -2362,10 +2389,20 @@ struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
 
+    /// Raises mismatch if a parent does not exist, or if a coarse pixel has no fine pixels.
     explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
+        const auto refuse = [&](std::int32_t pixel, const char* found) {
+            raise(error_code::mismatch, "coarsened", "the result of coarsen()", found + std::to_string(pixel));
+        };
         for (const std::int32_t parent : by.parent)
-            if (parent != no_pixel) ++first[parent + 1];
-        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+            if (parent >= 0 && parent < by.kept.count())
+                ++first[parent + 1];
+            else if (parent != no_pixel)
+                refuse(parent, "a parent with index ");
+        for (std::size_t i = 1; i < first.size(); ++i) {
+            if (first[i] == 0) refuse(static_cast<std::int32_t>(i - 1), "no fine pixels of coarse pixel ");
+            first[i] += first[i - 1];
+        }
         pixels.resize(first.back(), unset);
         buffer<std::size_t> next(first);
         for (std::int32_t i = 0; i < by.parent.count(); ++i)
@@ -2927,12 +2964,15 @@ public:
     operator image_view<Scalar>() & { return view(); }
     operator image_view<const Scalar>() const { return view(); }
 
-    Scalar* data() { return values_.data(); }
-    const Scalar* data() const { return values_.data(); }
-    Scalar* begin() { return values_.begin(); }
-    const Scalar* begin() const { return values_.begin(); }
-    Scalar* end() { return values_.end(); }
-    const Scalar* end() const { return values_.end(); }
+    Scalar* data() & { return values_.data(); }
+    const Scalar* data() const& { return values_.data(); }
+    const Scalar* data() const&& = delete;
+    Scalar* begin() & { return values_.begin(); }
+    const Scalar* begin() const& { return values_.begin(); }
+    const Scalar* begin() const&& = delete;
+    Scalar* end() & { return values_.end(); }
+    const Scalar* end() const& { return values_.end(); }
+    const Scalar* end() const&& = delete;
 
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
@@ -2948,12 +2988,16 @@ public:
     template <std::integral Index>
     const Scalar* row(Index y) const&& = delete;
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
-    Scalar& operator()(Y y, X x, Channel c = 0) {
+    Scalar& operator()(Y y, X x, Channel c = 0) & {
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
-    const Scalar& operator()(Y y, X x, Channel c = 0) const {
+    const Scalar& operator()(Y y, X x, Channel c = 0) const& {
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    Scalar operator()(Y y, X x, Channel c = 0) && {
+        return (*this)(y, x, c);
     }
 
     friend bool operator==(const image& a, const image& b) {
@@ -3013,7 +3057,8 @@ public:
     /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
     /// column(), unless it is a temporary.
     template <has_columns<Columns...> Layers>
-    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
+    requires(requires(const Layers& l) { graph_view(l.topology()); } &&
+             !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
              (std::is_lvalue_reference_v<Layers> || detail::is_layered_view<std::remove_const_t<Layers>>))
         layered_view(Layers&& layers)
         : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
@@ -3101,7 +3146,9 @@ struct photo_facts {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A set of pixels on a lattice. Build it row by row: call add_run() from left to right, then end_row().
+class pixel_region_builder;
+
+/// An immutable set of pixels on a lattice. pixel_region_builder makes it.
 class pixel_region {
 public:
     /// Columns first to last - 1 of a row. The runs of a row neither overlap nor touch.
@@ -3112,21 +3159,8 @@ public:
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
     };
 
-    explicit pixel_region(std::int32_t width = 0) : width_(width) {}
-
-    /// Adds columns first to last - 1 of the current row. Raises too_large if the region would have 2^31 pixels or more.
-    void add_run(std::int32_t first, std::int32_t last) {
-        LDI_ASSERT(first >= 0 && first < last && last <= width_);
-        if (last - first > 0x7FFFFFFF - count()) raise(error_code::too_large, "pixel_region", "fewer than 2^31 pixels", "more");
-        const bool is_first = runs_.count() == first_run(height());
-        if (!is_first && runs_.back().last == first) {
-            runs_.back().last = last;
-        } else {
-            LDI_ASSERT(is_first || runs_.back().last < first);
-            runs_.push_back({first, last, count()});
-        }
-    }
-    void end_row() { row_ends_.push_back(runs_.count()); }
+    /// Makes a region without pixels, on a lattice of 0 x 0.
+    pixel_region() = default;
 
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return row_ends_.count(); }
@@ -3157,24 +3191,65 @@ public:
     }
 
 private:
+    friend pixel_region_builder;
+
     /// Index of the first run of a row.
     std::int32_t first_run(std::int32_t y) const { return y == 0 ? 0 : row_ends_[y - 1]; }
 
-    std::int32_t width_;
+    std::int32_t width_ = 0;
     buffer<run> runs_;
     buffer<std::int32_t> row_ends_;  // number of runs up to the end of each row
 };
 
+/// Makes a pixel_region row by row: call add_run() from left to right, then end_row(), and build() after the last row.
+class pixel_region_builder {
+public:
+    /// width  of the lattice; raises invalid_option if negative
+    explicit pixel_region_builder(std::int32_t width) {
+        if (width < 0) raise(error_code::invalid_option, "pixel_region_builder", "a width of 0 or more", std::to_string(width));
+        made_.width_ = width;
+    }
+
+    /// Adds columns first to last - 1 of the current row, 0 <= first < last <= width, right of all columns added to it before.
+    /// Raises mismatch for other columns, too_large if the region would have 2^31 pixels or more; the builder then remains
+    /// unchanged.
+    void add_run(std::int32_t first, std::int32_t last) {
+        const bool is_first = made_.runs_.count() == made_.first_run(made_.height());
+        const std::int32_t free = is_first ? 0 : made_.runs_.back().last;
+        if (!(free <= first && first < last && last <= made_.width_))
+            raise(error_code::mismatch, "pixel_region_builder",
+                  "columns from " + std::to_string(free) + " to " + std::to_string(made_.width_) + ", from left to right",
+                  "columns " + std::to_string(first) + " to " + std::to_string(last));
+        if (last - first > 0x7FFFFFFF - made_.count())
+            raise(error_code::too_large, "pixel_region_builder", "fewer than 2^31 pixels", "more");
+        if (!is_first && free == first)
+            made_.runs_.back().last = last;
+        else
+            made_.runs_.push_back({first, last, made_.count()});
+    }
+    void end_row() { made_.row_ends_.push_back(made_.runs_.count()); }
+
+    /// Returns the region. Raises mismatch if the last row has no end; the builder then remains unchanged.
+    [[nodiscard]] pixel_region build() && {
+        if (made_.runs_.count() != made_.first_run(made_.height()))
+            raise(error_code::mismatch, "pixel_region_builder", "end_row() after the last run", "none");
+        return std::exchange(made_, {});
+    }
+
+private:
+    pixel_region made_;
+};
+
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
 inline pixel_region halved(const pixel_region& region) {
-    pixel_region result(detail::half_rounded_up(region.width()));
+    pixel_region_builder result(detail::half_rounded_up(region.width()));
     for (std::int32_t y = 0; y < region.height(); y += 2) {
         for (const pixel_region::run& r : region.row(y))
             if (const std::int32_t first = detail::half_rounded_up(r.first), last = detail::half_rounded_up(r.last); first < last)
                 result.add_run(first, last);
         result.end_row();
     }
-    return result;
+    return std::move(result).build();
 }
 
 /// Returns for each pixel (x, y) the number of the pixel (x / 2, y / 2) of the halved region, or no_pixel.
@@ -3295,6 +3370,18 @@ private:
 
 /// The layer of a photo.
 using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
+
+namespace detail {
+
+// The only conversion from a single layer to a layered image.
+struct expansion_access {
+    template <class... Columns>
+    static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
+        return std::move(layer.layers_);
+    }
+};
+
+}  // namespace detail
 
 }}  // namespace ldi
 
@@ -3909,6 +3996,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
+    bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
     /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
@@ -3916,7 +4004,7 @@ struct add_u8_constants {
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
-    bool is_integer;  ///< whether the kernel computes `exact` instead of the float form
+    bool has_float_form;  ///< faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
@@ -4012,6 +4100,8 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
 // ---- ldi/kernels/detail/conv_weights.hpp
 // Panels of weights and results, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
 
+#include <limits>
+
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Arguments of a convolution for one panel of outputs: pixels and weights.
@@ -4023,6 +4113,16 @@ struct conv_panel_input {
     const Value* weights;  ///< of the panel
 };
 
+namespace detail {
+
+/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
+constexpr float lowest_before(float negative_slope) {
+    using limits = std::numeric_limits<float>;
+    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
+}
+
+}  // namespace detail
+
 /// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
@@ -4031,6 +4131,7 @@ struct conv_panel_output {
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
+    float lowest = detail::lowest_before(negative_slope);
 
     /// Advances to the next panel.
     void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
@@ -4218,23 +4319,29 @@ struct adder {
     }
 };
 
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
-// with these members:
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// members:
 //
 //     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder step(sum);
+template <class Adder>
+inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                     std::uint8_t* result) {
+    const Adder step(sum);
     std::size_t i = 0;
-    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
+    for (; i + Adder::width <= count; i += Adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[3][adder::width] = {};
+    std::uint8_t rest[3][Adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
     step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
+}
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    add_with<adder>(sum, a, b, count, result);
 }
 
 LDI_END_TARGET
@@ -4260,8 +4367,6 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 // its cost in vector code. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A
 // float form that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one;
 // constants that differ by a few units in the last place miss none.
-
-#include <limits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -4476,17 +4581,18 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 #endif
 
 // ---- ldi/kernels/add_u8/wasm.hpp
-// kernels/add_u8.hpp with WebAssembly SIMD128: float arithmetic on 4 values per vector.
+// kernels/add_u8.hpp with WebAssembly SIMD128: float arithmetic on 4 values per vector, or integer arithmetic where no float
+// form is exact.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-struct adder {
+struct float_adder {
     static constexpr std::size_t width = 16;
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
-    explicit adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_constants& sum)
         : a_scale(wasm_f32x4_splat(sum.a_scale)),
           b_scale(wasm_f32x4_splat(sum.b_scale)),
           offset(wasm_f32x4_splat(sum.offset)),
@@ -4517,23 +4623,64 @@ private:
     }
 };
 
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
-// with these members:
+struct integer_adder {
+    static constexpr std::size_t width = 16;
+    v128_t bias, a_multiplier, b_multiplier, zero_point;
+    std::uint32_t shift;  ///< without its last bit
+
+    explicit integer_adder(const add_u8_constants& sum)
+        : bias(wasm_i32x4_splat(sum.exact.bias)),
+          a_multiplier(wasm_i32x4_splat(sum.exact.a_multiplier)),
+          b_multiplier(wasm_i32x4_splat(sum.exact.b_multiplier)),
+          zero_point(wasm_i16x8_splat(static_cast<std::int16_t>(sum.exact.zero_point))),
+          shift(static_cast<std::uint32_t>(sum.exact.shift - 1)) {}
+
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
+        const v128_t low = eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
+        const v128_t high = eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
+        wasm_v128_store(result, wasm_u8x16_narrow_i16x8(low, high));
+    }
+
+private:
+    [[gnu::always_inline]] v128_t eight(v128_t a, v128_t b) const {
+        const v128_t low = four(wasm_u32x4_extend_low_u16x8(a), wasm_u32x4_extend_low_u16x8(b));
+        const v128_t high = four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b));
+        return wasm_i16x8_add_sat(wasm_i16x8_narrow_i32x4(low, high), zero_point);
+    }
+    /// Rounds halves away from zero: a shift that adds half rounds them up, so negative values lose 1 first.
+    [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
+        const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
+        const v128_t sums = wasm_i32x4_add(products, bias);
+        const v128_t twice = wasm_i32x4_shr(wasm_i32x4_add(sums, wasm_i32x4_shr(sums, 31)), shift);
+        return wasm_i32x4_shr(wasm_i32x4_add(twice, wasm_i32x4_splat(1)), 1);
+    }
+};
+
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// members:
 //
 //     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder step(sum);
+template <class Adder>
+inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                     std::uint8_t* result) {
+    const Adder step(sum);
     std::size_t i = 0;
-    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
+    for (; i + Adder::width <= count; i += Adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[3][adder::width] = {};
+    std::uint8_t rest[3][Adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
     step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
+}
+// add_u8 with float_adder or integer_adder. Included after walk.hpp.
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -4556,8 +4703,8 @@ using int_lanes = __m256i;
 [[gnu::always_inline]] inline void store(std::uint8_t* to, __m256i bytes) {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), bytes);
 }
-[[gnu::always_inline]] inline __m256 load_bytes(const std::uint8_t* from) {
-    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+[[gnu::always_inline]] inline __m256i load_bytes(const std::uint8_t* from) {
+    return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
 }
 [[gnu::always_inline]] inline __m256 add_sign(__m256 offset, __m256i sign, __m256 value) {
     return _mm256_xor_ps(_mm256_and_ps(value, _mm256_castsi256_ps(sign)), offset);
@@ -4569,7 +4716,7 @@ using int_lanes = __m256i;
 //
 //     float_lanes, int_lanes         vector types
 //     LDI_LANES(operation)           name of the intrinsic function for these vectors
-//     load, store, load_bytes        of whole vectors; load_bytes() converts bytes to float
+//     load, store, load_bytes        of whole vectors; load_bytes() extends bytes to 32 bits
 //     add_sign(offset, sign, value)  (value & sign) ^ offset
 
 inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
@@ -4587,6 +4734,31 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 [[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
 /// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
+
+/// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
+struct integer_addition {
+    int_lanes bias, a_multiplier, b_multiplier, zero_point;
+    __m128i shift;  ///< without its last bit
+
+    explicit integer_addition(const quantized_addition& sum)
+        : bias(spread(sum.bias)),
+          a_multiplier(spread(sum.a_multiplier)),
+          b_multiplier(spread(sum.b_multiplier)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.zero_point))),
+          shift(_mm_cvtsi32_si128(sum.shift - 1)) {}
+
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
+    /// makes it round their halves down, away from zero.
+    [[gnu::always_inline]] int_lanes operator()(int_lanes a, int_lanes b) const {
+        const int_lanes products =
+            LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(a, a_multiplier), LDI_LANES(mullo_epi32)(b, b_multiplier));
+        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
+        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
+        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
+        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
+    }
+    [[gnu::always_inline]] int_lanes add_zero_point(int_lanes words) const { return LDI_LANES(adds_epi16)(words, zero_point); }
+};
 
 /// Four vectors of 32-bit values.
 struct four_vectors {
@@ -4722,8 +4894,8 @@ inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask6
 
 [[gnu::always_inline]] inline __m512i load(const void* from) { return _mm512_load_si512(from); }
 [[gnu::always_inline]] inline void store(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, bytes); }
-[[gnu::always_inline]] inline __m512 load_bytes(const std::uint8_t* from) {
-    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
+[[gnu::always_inline]] inline __m512i load_bytes(const std::uint8_t* from) {
+    return _mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
 }
 [[gnu::always_inline]] inline __m512 add_sign(__m512 offset, __m512i sign, __m512 value) {
     constexpr int and_xor = 0x6A;  // (a & b) ^ c
@@ -4737,7 +4909,7 @@ inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask6
 //
 //     float_lanes, int_lanes         vector types
 //     LDI_LANES(operation)           name of the intrinsic function for these vectors
-//     load, store, load_bytes        of whole vectors; load_bytes() converts bytes to float
+//     load, store, load_bytes        of whole vectors; load_bytes() extends bytes to 32 bits
 //     add_sign(offset, sign, value)  (value & sign) ^ offset
 
 inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
@@ -4755,6 +4927,31 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 [[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
 /// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
+
+/// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
+struct integer_addition {
+    int_lanes bias, a_multiplier, b_multiplier, zero_point;
+    __m128i shift;  ///< without its last bit
+
+    explicit integer_addition(const quantized_addition& sum)
+        : bias(spread(sum.bias)),
+          a_multiplier(spread(sum.a_multiplier)),
+          b_multiplier(spread(sum.b_multiplier)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.zero_point))),
+          shift(_mm_cvtsi32_si128(sum.shift - 1)) {}
+
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
+    /// makes it round their halves down, away from zero.
+    [[gnu::always_inline]] int_lanes operator()(int_lanes a, int_lanes b) const {
+        const int_lanes products =
+            LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(a, a_multiplier), LDI_LANES(mullo_epi32)(b, b_multiplier));
+        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
+        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
+        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
+        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
+    }
+    [[gnu::always_inline]] int_lanes add_zero_point(int_lanes words) const { return LDI_LANES(adds_epi16)(words, zero_point); }
+};
 
 /// Four vectors of 32-bit values.
 struct four_vectors {
@@ -4821,7 +5018,8 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/x86.hpp
-// kernels/add_u8.hpp with AVX2 and AVX-512: float arithmetic with two fused multiply-adds per vector of 8 or 16 values.
+// kernels/add_u8.hpp with AVX2 and AVX-512: float arithmetic with two fused multiply-adds per vector of 8 or 16
+// values, or integer arithmetic where no float form is exact.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -4829,18 +5027,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace avx2 {
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
-// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp.
+// Adds two tensors in float or in integers. Each x86 instruction set includes this file inside its namespace and target region,
+// after detail/lanes_*.hpp.
 
-struct adder {
+struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     float_lanes a_scale, b_scale, offset;
 
-    explicit adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_constants& sum)
         : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
-        return round(fused(load_bytes(a + first), a_scale, fused(load_bytes(b + first), b_scale, offset)));
+        return round(fused(to_float(load_bytes(a + first)), a_scale, fused(to_float(load_bytes(b + first)), b_scale, offset)));
     }
     [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
         const int_lanes low = pack_words(lanes(a, b, 0), lanes(a, b, lane_count));
@@ -4848,41 +5046,64 @@ struct adder {
         store(result, gather_lanes(pack_bytes(low, high)));
     }
 };
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
-// with these members:
+
+struct integer_adder {
+    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
+    integer_addition sum;
+
+    explicit integer_adder(const add_u8_constants& constants) : sum(constants.exact) {}
+
+    [[gnu::always_inline]] int_lanes words(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        const std::size_t second = first + lane_count;
+        const int_lanes low = sum(load_bytes(a + first), load_bytes(b + first));
+        return sum.add_zero_point(pack_words(low, sum(load_bytes(a + second), load_bytes(b + second))));
+    }
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        store(result, gather_lanes(pack_bytes(words(a, b, 0), words(a, b, 2 * lane_count))));
+    }
+};
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// members:
 //
 //     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder step(sum);
+template <class Adder>
+inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                     std::uint8_t* result) {
+    const Adder step(sum);
     std::size_t i = 0;
-    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
+    for (; i + Adder::width <= count; i += Adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[3][adder::width] = {};
+    std::uint8_t rest[3][Adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
     step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
+}
+// add_u8 with float_adder or integer_adder. Included after walk.hpp.
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
 LDI_END_TARGET
 }  // namespace avx2
 
 namespace avx512vnni {
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp.
+// Adds two tensors in float or in integers. Each x86 instruction set includes this file inside its namespace and target region,
+// after detail/lanes_*.hpp.
 
-struct adder {
+struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     float_lanes a_scale, b_scale, offset;
 
-    explicit adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_constants& sum)
         : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
-        return round(fused(load_bytes(a + first), a_scale, fused(load_bytes(b + first), b_scale, offset)));
+        return round(fused(to_float(load_bytes(a + first)), a_scale, fused(to_float(load_bytes(b + first)), b_scale, offset)));
     }
     [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
         const int_lanes low = pack_words(lanes(a, b, 0), lanes(a, b, lane_count));
@@ -4890,23 +5111,46 @@ struct adder {
         store(result, gather_lanes(pack_bytes(low, high)));
     }
 };
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
-// with these members:
+
+struct integer_adder {
+    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
+    integer_addition sum;
+
+    explicit integer_adder(const add_u8_constants& constants) : sum(constants.exact) {}
+
+    [[gnu::always_inline]] int_lanes words(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        const std::size_t second = first + lane_count;
+        const int_lanes low = sum(load_bytes(a + first), load_bytes(b + first));
+        return sum.add_zero_point(pack_words(low, sum(load_bytes(a + second), load_bytes(b + second))));
+    }
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        store(result, gather_lanes(pack_bytes(words(a, b, 0), words(a, b, 2 * lane_count))));
+    }
+};
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// members:
 //
 //     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder step(sum);
+template <class Adder>
+inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                     std::uint8_t* result) {
+    const Adder step(sum);
     std::size_t i = 0;
-    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
+    for (; i + Adder::width <= count; i += Adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[3][adder::width] = {};
+    std::uint8_t rest[3][Adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
     step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
+}
+// add_u8 with float_adder or integer_adder. Included after walk.hpp.
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
 LDI_END_TARGET
 }  // namespace avx512vnni
@@ -4926,16 +5170,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, false, avx2::add_u8},
-    {isa::avx512vnni, false, avx512vnni::add_u8},
+    {isa::avx2, true, avx2::add_u8},
+    {isa::avx512vnni, true, avx512vnni::add_u8},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, true, neon::add_u8},
+    {isa::neon_dot_product, false, neon::add_u8},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, false, wasm_simd128::add_u8},
+    {isa::wasm_simd128, true, wasm_simd128::add_u8},
 #endif
-    {isa::scalar, true, scalar::add_u8},
+    {isa::scalar, false, scalar::add_u8},
 };
 static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
@@ -4977,12 +5221,13 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 /// Prepares an addition for add_u8().
 ///
-/// target  the instruction set to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's
-///         `target` is scalar
+/// target  the instruction set to prepare for. The kernel computes the integer form if no float form agrees with it on all
+///         65,536 pairs
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     add_u8_constants sum{kernel.set, exact};
-    if (kernel.is_integer) return sum;
+    if (!kernel.has_float_form) return sum;
+    sum.is_float = true;
     buffer<std::uint8_t> expected;
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
@@ -5002,7 +5247,7 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
                 sum.b_scale = b_scale * (1 + detail::nearest_float(b_step) * 0x1p-23F);
                 if (detail::is_exact(sum, expected, suspect)) return sum;
             }
-    sum.target = isa::scalar;
+    sum.is_float = false;
     return sum;
 }
 
@@ -5164,7 +5409,8 @@ template <std::size_t... v>
 
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  __m256 values) {
-    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(values, _mm256_set1_ps(out.negative_slope)), values);
+    const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), values);
+    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
     float* const to = out.values + pixel * out.stride + from;
     if (out.count >= from + conv_width) return _mm256_storeu_ps(to, activated);
     const int count = out.count > from ? static_cast<int>(out.count - from) : 0;
@@ -5312,7 +5558,7 @@ struct conv_tile_pointers {
 template <class Store, class Result>
 inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
                           const conv_panel_output<Result>& out) {
-    const __m512 slope = _mm512_set1_ps(out.negative_slope);
+    const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
     const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
     const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
     for (std::size_t v = 0; v < vectors; ++v) {
@@ -5322,7 +5568,7 @@ inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::
         const float *sum = sums.lanes + from, *ratio = ratios;
         Result* to = out.values + first_pixel * stride + from;
         for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-            const __m512 values = _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias);
+            const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
             Store::store(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
         }
     }
@@ -5528,7 +5774,8 @@ template <int... lane, std::size_t... p, std::size_t... v>
 
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
-    const float32x4_t activated = vmaxq_f32(vmulq_n_f32(values, out.negative_slope), values);
+    const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
+    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // not NaN for infinity
     float* const to = out.values + pixel * out.stride + from;
     if (out.count >= from + conv_width) return vst1q_f32(to, activated);
     if (out.count > from) vst1q_lane_f32(to, activated, 0);
@@ -5617,11 +5864,13 @@ inline void conv_tile(const conv_f32_weights& weights, const float* const* rows,
                     sums[p][o] = multiply_add(input[p * pixel_stride + i], values[o], sums[p][o]);
     }
     const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
+    const float lowest = detail::lowest_before(weights.negative_slope);
     for (std::size_t p = 0; p < pixels; ++p)
         for (std::size_t o = 0; o < count; ++o) {
             const float ratio = ratios == nullptr ? 1.0F : ratios[p];
             const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
-            result[p * weights.outputs + first_output + o] = value > 0.0F ? value : value * weights.negative_slope;
+            result[p * weights.outputs + first_output + o] =
+                value > 0.0F ? value : (std::max)(value, lowest) * weights.negative_slope;
         }
 }
 
@@ -5663,7 +5912,8 @@ template <std::size_t... v>
 
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  v128_t values) {
-    const v128_t activated = wasm_f32x4_pmax(wasm_f32x4_mul(values, wasm_f32x4_splat(out.negative_slope)), values);
+    const v128_t finite = wasm_f32x4_pmax(values, wasm_f32x4_splat(out.lowest));
+    const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
     float* const to = out.values + pixel * out.stride + from;
     if (out.count >= from + conv_width) return wasm_v128_store(to, activated);
     if (out.count > from) wasm_v128_store32_lane(to, activated, 0);
@@ -5823,7 +6073,7 @@ template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
     const float *scales, *bias, *ratios;
-    float negative_slope, zero_point;
+    float negative_slope, lowest, zero_point;
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
@@ -5834,6 +6084,7 @@ struct conv_u8_panel_output {
           bias(weights.bias.data()),
           ratios(of_pixels),
           negative_slope(weights.negative_slope),
+          lowest(detail::lowest_before(negative_slope)),
           zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point),
           stride(weights.outputs),
           count(weights.outputs),
@@ -5899,7 +6150,8 @@ template <class Result>
     const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
     const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
     const __m256 scales = _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), _mm256_set1_ps(ratio));
-    const __m256 value = _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from));
+    const __m256 value =
+        _mm256_max_ps(_mm256_set1_ps(out.lowest), _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from)));
     const __m256 zero_point = _mm256_set1_ps(out.zero_point);
     const __m256 activated =
         _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point), _mm256_add_ps(value, zero_point));
@@ -6031,6 +6283,7 @@ struct conv_u8_tiles {
     [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
                                          std::size_t pixels, const conv_u8_panel_output<Result>& out) {
         const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
+        const __m512 lowest = _mm512_set1_ps(out.lowest);
         const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
         const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
         for (std::size_t v = 0; v < vectors; ++v) {
@@ -6043,7 +6296,8 @@ struct conv_u8_tiles {
             Result* to = out.values + first_pixel * stride + from;
             for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
                 const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_load_si512(sum), offsets));
-                const __m512 value = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
+                const __m512 scaled = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
+                const __m512 value = _mm512_max_ps(lowest, scaled);
                 const __m512 activated =
                     _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
                 store(to, existing, activated);
@@ -6260,10 +6514,10 @@ template <class Result>
     if (out.count <= from) return;
     const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
     const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
-    const float32x4_t value = vfmaq_f32(load(out.bias + from), exact, scales);
+    const float32x4_t value = vmaxq_f32(vdupq_n_f32(out.lowest), vfmaq_f32(load(out.bias + from), exact, scales));
     const float32x4_t zero_point = vdupq_n_f32(out.zero_point);
     const float32x4_t activated =
-        vmaxq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
+        vmaxnmq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
     store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
 }
 
@@ -6357,13 +6611,14 @@ inline constexpr detail::panel_layout conv_u8_layout{1, conv_u8_panel, 1};
 /// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
-    const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
+    const float value =
+        (std::max)(detail::fused_multiply_add(detail::nearest_float(sum), scale, bias), detail::lowest_before(negative_slope));
     // The multiply-add is fused on every machine, so that the result does not depend on the compiler.
     const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
     else
-        return static_cast<Result>(std::nearbyint(std::clamp(activated, 0.0F, 255.0F)));
+        return activated > 0.0F ? static_cast<Result>(std::nearbyint((std::min)(activated, 255.0F))) : Result{0};  // 0 for NaN
 }
 
 /// Computes `pixels` pixels with one panel of weights.
@@ -6679,6 +6934,11 @@ struct depthwise_u8_weights {
     float_requantization fast;    ///< as in gemm_u8_weights
 };
 
+/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
+inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
+    return (width * repeat + weights.stride - 1) / weights.stride;
+}
+
 namespace detail {
 
 /// The weights of one depthwise layer before packing.
@@ -6703,7 +6963,7 @@ struct depthwise_source {
 
 }  // namespace detail
 
-/// One instruction set's kernel: a row of `depthwise_u8_kernels`.
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`. The width is at least 1.
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
@@ -6762,7 +7022,7 @@ struct depthwise_call {
         : weights(packed), rows(from), width(pixels), repeat(repetitions), result(to) {
         std::memset(padding, packed.padding, sizeof padding);
     }
-    std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
+    std::size_t result_width() const { return depthwise_result_width(weights, width, repeat); }
 };
 
 /// Addresses of one pixel per stretch in each of the three rows.
@@ -7687,7 +7947,7 @@ inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     using block = std::integral_constant<std::size_t, depthwise_block>;
-    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
+    const std::size_t channels = weights.channels, result_width = depthwise_result_width(weights, width, repeat);
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
@@ -7924,6 +8184,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
     LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
+    LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
     depthwise_u8_weights packed;
     packed.channels = bias.size();
     packed.stride = stride;
@@ -7936,11 +8197,6 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     return packed;
 }
 
-/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
-inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
-    return (width * repeat - 1) / weights.stride + 1;
-}
-
 /// Computes one row of the result.
 ///
 /// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. The caller
@@ -7949,6 +8205,7 @@ inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, s
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
+    if (width == 0) return;
     find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }
 
@@ -8004,7 +8261,7 @@ struct gemm_u8_weights {
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
     requantization output;      ///< on NEON, `bias` and the multiplier are negated if `narrow` is
     /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, it has the constants of an
-    /// unfused_requantization. Scalar and NEON do not use it.
+    /// unfused_requantization, or a scale of 0 if none is exact; the kernel then uses `output`. Scalar and NEON do not use it.
     float_requantization fast;
 
     /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
@@ -8057,6 +8314,13 @@ void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span
                   [&](std::size_t i) { return sign * (weights[i] - weight_zero_point); });
 }
 
+/// Whether the sums of one output stay within the limit of pack_gemm_u8().
+inline bool sums_fit(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point, std::int64_t bias) {
+    std::int64_t sum = 0;
+    for (const std::uint8_t w : weights) sum += std::abs(w - weight_zero_point);
+    return 510 * sum + std::abs(bias) < std::int64_t{1} << 31;
+}
+
 /// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
 inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
@@ -8064,10 +8328,12 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
     packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
     const std::size_t inputs = packed.segments * packed.inputs;
     for (std::size_t o = 0; o < packed.outputs; ++o) {
-        std::int32_t sum = 0;
-        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
-        packed.bias[o] = bias[o] - sum * input_zero_point;
-        if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
+        const auto of_output = weights.subspan(o * inputs, inputs);
+        LDI_ASSERT(sums_fit(of_output, weight_zero_point, bias[o]));
+        std::int64_t sum = 0;
+        for (const std::uint8_t w : of_output) sum += w - weight_zero_point;
+        const std::int64_t folded = bias[o] - sum * input_zero_point;
+        packed.bias[o] = static_cast<std::int32_t>(is_negated(packed.fast) ? -folded : folded);
     }
 }
 
@@ -9207,8 +9473,32 @@ template <std::size_t... v>
     ((sums[v] = wasm_i32x4_add(sums[v], wasm_i32x4_dot_i16x8(two, weights[v]))), ...);
 }
 
-template <std::size_t vectors, bool positive>
-[[gnu::always_inline]] inline void store_pixel(const v128_t* sums, const requantizer<positive>& requantize, std::size_t held,
+/// Applies a requantization to vectors: for layers without an exact unfused_requantization.
+struct integer_requantizer {
+    v128_t multiplier, mask, half, zero_point;
+    std::uint32_t shift;
+
+    explicit integer_requantizer(const requantization& r)
+        : multiplier(wasm_i32x4_splat(r.multiplier)),
+          mask(wasm_i32x4_splat(static_cast<std::int32_t>((std::uint32_t{1} << r.shift) - 1))),
+          half(wasm_u32x4_shr(mask, 1)),
+          zero_point(wasm_i32x4_splat(r.zero_point)),
+          shift(static_cast<std::uint32_t>(r.shift)) {}
+
+    /// Adds the zero point, but does not clamp to 0.
+    [[gnu::always_inline]] v128_t operator()(v128_t sums) const {
+        const v128_t rounding = wasm_i64x2_splat(std::int64_t{1} << 30);
+        const v128_t low = wasm_i64x2_add(wasm_i64x2_extmul_low_i32x4(sums, multiplier), rounding);
+        const v128_t high = wasm_i64x2_add(wasm_i64x2_extmul_high_i32x4(sums, multiplier), rounding);
+        const v128_t value = wasm_i32x4_shuffle(wasm_i64x2_shr(low, 31), wasm_i64x2_shr(high, 31), 0, 2, 4, 6);
+        const v128_t remainder = wasm_i32x4_add(wasm_v128_and(value, mask), wasm_i32x4_shr(value, 31));
+        const v128_t rounded = wasm_i32x4_sub(wasm_i32x4_shr(value, shift), wasm_i32x4_gt(remainder, half));
+        return wasm_i32x4_add(wasm_i32x4_min(rounded, wasm_i32x4_splat(255)), zero_point);
+    }
+};
+
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const v128_t* sums, const Requantizer& requantize, std::size_t held,
                                                std::uint8_t* result) {
     const v128_t a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
     store_first(result, narrow(a, b, a, b), held);
@@ -9227,10 +9517,9 @@ struct gemm_kernel {
         }
     }
 
-    template <bool positive, std::size_t... p, std::size_t... v>
+    template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const v128_t* sums,
-                                             const gemm_panel& panel, const requantizer<positive>& requantize,
-                                             std::uint8_t* result) {
+                                             const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
@@ -9322,16 +9611,20 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                            std::size_t pixels, std::uint8_t* result) {
+template <bool is_unfused>
+void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                     std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.max_pixels ? pixels - done : input.max_pixels;
         input.fill(weights, segments, pixel_stride, done, count);
-        gemm_u8_panels<requantizer<true>, requantizer<false>>(
-            weights.outputs, weights.fast,
-            {input, weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
-             weights.outputs});
+        const gemm_panel panel{
+            input,          weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
+            weights.outputs};
+        if constexpr (is_unfused)
+            gemm_u8_panels<requantizer<true>, requantizer<false>>(weights.outputs, weights.fast, panel);
+        else
+            gemm_u8_panels<integer_requantizer, integer_requantizer>(weights.outputs, weights.output, panel);
         done += count;
     }
 }
@@ -9356,9 +9649,15 @@ inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* 
     return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
 }
 
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer<false> requantize(weights.fast);
+template <bool is_unfused>
+void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                           std::size_t pixels, std::uint8_t* result) {
+    const auto requantize = [&] {
+        if constexpr (is_unfused)
+            return requantizer<false>(weights.fast);
+        else
+            return integer_requantizer(weights.output);
+    }();
     for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
         std::int32_t sums[gemm_lanes] = {};
         const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
@@ -9373,8 +9672,10 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     // a table, because Binaryen inlines functions with a single caller
     static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
-                                     std::uint8_t*) = {gemm_u8_widened, gemm_u8_single_output};
-    kinds[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
+                                     std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
+                                                       gemm_u8_single_output<false>, gemm_u8_single_output<true>};
+    kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.fast.scale != 0}](weights, segments, pixel_stride,
+                                                                                              pixels, result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -9430,6 +9731,8 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
     const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
+    if (wanted == isa::wasm_simd128 && packed.target == isa::scalar && segments * packed.inputs <= detail::max_unfused_inputs)
+        packed.target = wanted, packed.fast = {};  // WebAssembly's kernel also has the integer requantization
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;
@@ -14508,8 +14811,8 @@ public:
           width_(static_cast<std::int32_t>(disparity.width())),
           height_(static_cast<std::int32_t>(disparity.height())),
           below_(disparity.height(), disparity.width(), 1, unset),
-          number_(disparity.height() * disparity.width(), unset) {
-        band_.region = pixel_region(width_);
+          number_(disparity.height() * disparity.width(), unset),
+          region_(width_) {
         band_.min_step = options.min_step;
     }
 
@@ -14517,6 +14820,7 @@ public:
         find_curves();
         measure_below();
         measure_rows();
+        band_.region = std::move(region_).build();
         return std::move(band_);
     }
 
@@ -14599,7 +14903,7 @@ private:
                 columns[x + radius] = distance < beyond ? squared : far_key;
             }
             if (nearest < beyond) measure_row(y, above, below, columns, keys);
-            band_.region.end_row();
+            region_.end_row();
         }
     }
 
@@ -14644,7 +14948,7 @@ private:
                 band_.squared_distances.push_back(static_cast<std::uint16_t>(keys[end] >> column_bits));
                 band_.curve_pixels.push_back(number_[index(u, v)]);
             }
-            if (end > x) band_.region.add_run(x, end);
+            if (end > x) region_.add_run(x, end);
             while (end < last && keys[end] >> column_bits > largest) ++end;
         }
     }
@@ -14658,6 +14962,7 @@ private:
     std::int32_t width_, height_;
     image<std::uint8_t> below_;
     buffer<std::int32_t> number_;  // index of each curve pixel; not set elsewhere
+    pixel_region_builder region_;
     step_band band_;
 };
 
@@ -16077,14 +16382,6 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-// The only conversion from a single layer to a layered image.
-struct expansion_access {
-    template <class... Columns>
-    static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
-        return std::move(layer.layers_);
-    }
-};
-
 // Pixels of a base layer, and hidden pixels behind them. Indices below K are pixels of the base: pixel (x, y) has index y * width
 // + x. Hidden pixels follow in the order in which they were added.
 class hidden_pixels {
@@ -16133,6 +16430,7 @@ public:
         return pixel;
     }
 
+    void set_origin(std::int32_t pixel, std::int32_t origin) { origin_[hidden_index(pixel)] = origin; }
     void set_disparity(std::int32_t pixel, float disparity) { hidden_disparity_[hidden_index(pixel)] = disparity; }
 
     void link(std::int32_t a, side s, std::int32_t b) {
@@ -16268,13 +16566,14 @@ public:
           curves_(curves),
           merges_curves_(merges_curves),
           reach_(disparity.size(), 0.0F) {
-        const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity);
-        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity, margin,
+        pixels_per_disparity_ = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
+        last_pixels_ = (std::max)(1, static_cast<std::int32_t>(std::ceil(seal_gap * surface.max_step * pixels_per_disparity_)));
+        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity_;
+        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity_);
+        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity_, margin,
                                (std::max)(min_front_range, static_cast<std::int32_t>(range)));
         const auto raise_reach = [&](std::int32_t back, float step) {
-            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
+            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity_ + margin);
         };
         for (const discontinuity_curve& curve : curves) {
             const std::int32_t last = curve.sides.count() - 1;
@@ -16315,8 +16614,11 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Maximum number of iterations. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
-    int max_iterations() const {
+    /// Whether no surface can grow any further. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
+    bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
+
+    /// Approximate number of iterations until growth is finished. Surfaces that recede behind the front need more.
+    int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
         return static_cast<int>(std::ceil(1.5F * farthest));
@@ -16326,10 +16628,10 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.toward_front);
+                for (const discontinuity& d : curves_[c].sides) grow({c, d.back, 0}, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
-                for (side s : all_sides) grow(f.curve, f.pixel, s);
+                for (side s : all_sides) grow(f, s);
         }
         front_.swap(created_);
     }
@@ -16355,9 +16657,13 @@ private:
     // Minimum distance in pixels up to which fronts around a hidden pixel are considered (front_lookup).
     static constexpr std::int32_t min_front_range = 12;
 
+    // Minimum additional room in pixels for which a pixel's origin changes.
+    static constexpr float min_gain = 0.5F;
+
     struct front_pixel {
         std::size_t curve;
         std::int32_t pixel;
+        std::int32_t last_pixels;  // number of last pixels from `pixel` back along its growth; 0 if it is not a last pixel
     };
 
     // The last pixel of a surface that ends at another hidden surface, and the nearer pixel of the other surface beside it.
@@ -16365,9 +16671,13 @@ private:
         std::int32_t pixel, nearer;
     };
 
-    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
-    void grow(std::size_t curve, std::int32_t pixel, side s) {
-        if (pixels_.neighbor(pixel, s) != no_pixel) return;
+    // Grows a pixel one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
+    void grow(const front_pixel& from, side s) {
+        const auto [curve, pixel, last_pixels] = from;
+        if (const std::int32_t neighbor = pixels_.neighbor(pixel, s); neighbor != no_pixel) {
+            if (last_pixels == 0) improve_origin(curve, neighbor, pixels_.origin(pixel));
+            return;
+        }
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
         if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
         const float source = pixels_.disparity(pixel);
@@ -16385,16 +16695,18 @@ private:
             if (neighbor == no_pixel) continue;
             sum += pixels_.disparity(neighbor);
             count += 1.0F;
-            const float room_there = room_beyond(pixels_.origin(neighbor), x, y);
+            const float room_there = room_beyond(pixels_.origin(neighbor), x, y, pixels_.disparity(neighbor));
             if (room_there >= room) room = room_there, origin = pixels_.origin(neighbor);
         }
         if (origin == no_pixel) return;
 
         if (ends_at_others(curve, pixel, s, position)) return;
         const float average = sum / count, nearest = pixels_.disparity(position);
-        // If the photo's surface here is within the threshold but cannot be linked, as at a curve's free end, this is the last
-        // pixel of the hidden surface. It lies so close behind the photo's surface that no camera sees a gap between them.
+        // If the photo's surface here is within the threshold but cannot be linked, as at a curve's free end, this is one of the
+        // last pixels of the hidden surface. It lies so close behind the photo's surface that the camera uncovers at most
+        // last_pixels_ pixels between them.
         const bool is_last = average > nearest - min_gap * surface_.max_step;
+        if (last_pixels > 0 && (!is_last || last_pixels >= last_pixels_)) return;
         const float created = is_last ? nearest - seal_gap * surface_.max_step : average;
         if (lies_on_another(curve, position, created)) return;
         if (!may_link(created, source)) return;
@@ -16404,7 +16716,20 @@ private:
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        if (!is_last) created_.push_back({curve, made});
+        created_.push_back({curve, made, is_last ? last_pixels + 1 : 0});
+    }
+
+    // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If `origin`
+    // leaves more room beyond a hidden pixel than the pixel's own origin, the pixel continues the surface at `origin` and grows
+    // again.
+    void improve_origin(std::size_t curve, std::int32_t pixel, std::int32_t origin) {
+        const std::int32_t before = pixels_.origin(pixel), x = pixels_.x(pixel), y = pixels_.y(pixel);
+        const float disparity = pixels_.disparity(pixel);
+        if (before == origin || before == pixel || crosses_constraint(curve, x, y)) return;
+        if (room_beyond(origin, x, y, disparity) < room_beyond(before, x, y, disparity) + min_gain) return;
+        pixels_.set_origin(pixel, origin);
+        const bool is_last = disparity > pixels_.disparity(pixels_.position(x, y)) - surface_.max_step;
+        if (!is_last) created_.push_back({curve, pixel, 0});
     }
 
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
@@ -16461,11 +16786,13 @@ private:
     // at which it ends.
     static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, seal_gap = 0.3F;
 
-    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
-    float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
+    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y). The
+    // camera uncovers more of a surface that recedes from `origin` to `disparity`, and less of one that approaches.
+    float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y, float disparity) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
-        return reach_[origin] - std::sqrt(dx * dx + dy * dy);
+        const float receded = pixels_.disparity(origin) - disparity;
+        return reach_[origin] + receded * pixels_per_disparity_ - std::sqrt(dx * dx + dy * dy);
     }
 
     // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
@@ -16525,6 +16852,8 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
+    float pixels_per_disparity_ = 0.0F;    // parallax in pixels of a disparity of 1
+    std::int32_t last_pixels_ = 0;         // maximum number of last pixels in a row
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
@@ -16581,8 +16910,8 @@ struct expanded_layers {
 /// pixels that it grew from, and farther than the photo's pixel at its position by more than surface_rule::max_step. All other
 /// columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about
 /// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets another one at similar depth,
-/// but cannot be linked to it, ends there. Its last pixel is only 0.3 thresholds behind the other surface, so that no camera sees
-/// a gap between the two; its disparity may be slightly below 0.
+/// but cannot be linked to it, ends there. Its last pixels are only 0.3 thresholds behind the other surface and reach as far as
+/// the camera uncovers this gap; their disparities may be slightly below 0.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
@@ -16619,17 +16948,19 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion, options.merges_curves);
-        const int last = (std::min)(options.iterations, expansion->max_iterations());
+        const int expected = expansion->expected_iterations();
         const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
         int done = 0;
-        while (done < last && detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
+        while (done < options.iterations && !expansion->is_finished(done) &&
+               detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
             expansion->run_iteration(done++);
             if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
                 expansion->pixels().show(after_iteration);
-            progress.report("occluded geometry", detail::nearest_float(done - 1) / detail::nearest_float(last));
+            progress.report("occluded geometry",
+                            (std::min)(1.0F, detail::nearest_float(done) / detail::nearest_float(expected + 1)));
         }
-        const int all = expansion->max_iterations();
-        if (done < all) result.motion *= detail::nearest_float(done) / detail::nearest_float(all);
+        if (!expansion->is_finished(done))
+            result.motion *= detail::nearest_float(done) / detail::nearest_float((std::max)(expected, done + 1));
         return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
@@ -16710,8 +17041,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;
-    return single_layer<Color, disparity_column, known_column, matte_column>(
-        layers(std::move(g).build(unchecked), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+    return single_layer<Color, disparity_column, known_column, matte_column>(layers(
+        std::move(g).build(detail::unchecked), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
 }  // namespace detail
@@ -17416,7 +17747,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const graph old = std::move(base).build(unchecked);
+        const graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
             return static_cast<std::int32_t>((std::min)(pixels, too_far));
@@ -19221,15 +19552,17 @@ struct chart_options {
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
-/// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 25 bytes per pixel
-/// and 120 per chart.
+/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite. Time is linear. If the
+/// boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the default
+/// max_side. Memory is up to 25 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
         raise(error_code::invalid_option, "max_side", "16 to " + std::to_string(max_chart_box), std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
+    for (const float d : layers.template column<disparity_column>())
+        if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
     constexpr std::int32_t min_side = 64;
     const graph_view& g = layers.topology();
     std::int32_t side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));
@@ -24299,7 +24632,7 @@ inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& c
         g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
                        static_cast<std::int32_t>(fragments[i].position / g.width()));
     link_neighbors(g, fragments, walk);
-    return std::move(g).build(unchecked);
+    return std::move(g).build(detail::unchecked);
 }
 
 /// Sets the columns of `result`, whose pixels are the fragments.

@@ -226,6 +226,26 @@ TEST_CASE("a buffer keeps its values when a copy throws while it grows or is ass
     CHECK(uncopyable::alive == 0);
 }
 
+namespace {
+struct throwing_move {
+    explicit throwing_move(int number) : value(number) {}
+    throwing_move(const throwing_move&) = default;
+    throwing_move(throwing_move&& other) : value(other.value) {
+        other.value = -1;
+        if (value == 3) throw 1;
+    }
+    int value;
+};
+}  // namespace
+
+TEST_CASE("a buffer that grows does not move values whose move constructor may throw") {
+    buffer<throwing_move> values;
+    values.reserve(5);
+    for (int i = 0; i < 5; ++i) values.emplace_back(i);
+    CHECK_NOTHROW(values.reserve(100));
+    for (int i = 0; i < 5; ++i) CHECK(values[i].value == i);
+}
+
 TEST_CASE("copying a buffer of buffers releases the copies made so far if memory runs out") {
     testing::counted_memory memory;
     const memory_scope scope(memory.source);

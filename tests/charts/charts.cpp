@@ -245,6 +245,15 @@ TEST_CASE("a size limit of charts below 16 or above 8192 is refused") {
         CHECK_NOTHROW(make_charts(testing::surfaces_of(g, disparity), {}, {.max_side = side}));
 }
 
+TEST_CASE("charts of disparities that are not finite are refused") {
+    const graph g = make_grid(4, 4);
+    for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        buffer<float> disparity(g.size(), 0.5F);
+        disparity[7] = wrong;
+        CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {}), error);
+    }
+}
+
 TEST_CASE("a disc and the wall behind it become one chart each") {
     image<float> disparity(60, 60, 1, 0.2F);
     for (std::size_t y = 0; y < 60; ++y)

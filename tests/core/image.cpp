@@ -26,8 +26,22 @@ template <class Image>
 concept shows_temporary_values = requires(Image&& i) {
     std::move(i).view();
 }
-|| requires(Image&& i) { std::move(i).row(0); };
+|| requires(Image&& i) { std::move(i).row(0); }
+|| requires(Image&& i) { std::move(i).data(); }
+|| requires(Image&& i) { std::move(i).begin(); }
+|| requires(Image&& i) { std::move(i).end(); };
 static_assert(!shows_temporary_values<image<float>> && !shows_temporary_values<const image<float>>);
+static_assert(std::is_same_v<decltype(std::declval<image<float>>()(0, 0)), float>, "a temporary's value is a copy");
+template <class Buffer>
+concept points_into_temporary = requires(Buffer&& b) {
+    std::move(b).data();
+}
+|| requires(Buffer&& b) { std::move(b).begin(); }
+|| requires(Buffer&& b) { std::move(b).end(); };
+static_assert(!points_into_temporary<buffer<float>> && !points_into_temporary<const buffer<float>>);
+static_assert(std::is_same_v<decltype(std::declval<buffer<float>>()[0]), float> &&
+              std::is_same_v<decltype(std::declval<buffer<float>>().front()), float> &&
+              std::is_same_v<decltype(std::declval<buffer<float>>().back()), float>);
 static_assert(!std::is_constructible_v<image<float>, int, int, float>, "a value such as 0.5 is not a number of channels");
 static_assert(std::is_constructible_v<image<float>, int, int, int> &&
               std::is_constructible_v<image<float>, int, int, int, float>);

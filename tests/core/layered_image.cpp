@@ -221,6 +221,13 @@ struct layers_of_the_caller {
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const layers_of_the_caller&>);
 static_assert(!std::is_constructible_v<layered_view<disparity_column>, layers_of_the_caller>, "the view would dangle");
 static_assert(std::is_constructible_v<layered_view<disparity_column>, layered_view<color_column, disparity_column>>);
+struct columns_without_topology {
+    template <class Column>
+    static constexpr bool has = true;
+    template <class Column>
+    array_view<const float> column() const;
+};
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, const columns_without_topology&>);
 
 // Access to a column that the layers do not have must not compile, and a concept must be able to detect this.
 template <class L, class Column>

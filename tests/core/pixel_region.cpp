@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <type_traits>
 #include <utility>
 
 using namespace ldi;
@@ -26,29 +27,61 @@ TEST_CASE("a region numbers its pixels row by row, and other positions have no n
     }
 }
 
-TEST_CASE("a region that was moved from is empty, and accepts rows again") {
+template <class Region>
+concept can_receive_rows = requires(Region& region) {
+    region.add_run(0, 1);
+}
+|| requires(Region& region) { region.end_row(); };
+template <class Builder>
+concept can_be_read = requires(const Builder& builder) {
+    builder.row(0);
+}
+|| requires(const Builder& builder) { builder.width(); };
+static_assert(!can_receive_rows<pixel_region> && !std::is_constructible_v<pixel_region, int>,
+              "a finished region does not change");
+static_assert(can_receive_rows<pixel_region_builder> && !can_be_read<pixel_region_builder>, "nobody reads half a region");
+
+TEST_CASE("a region that was moved from, and that of a builder whose region was built, have no pixels") {
     pixel_region region = region_of(random_marks(9, 13, 1));
     const pixel_region other = std::move(region);
     CHECK(other.height() == 9);
     CHECK(region.height() == 0);
     CHECK(region.size() == 0);
-    region.add_run(2, 5);
-    region.end_row();
-    CHECK(region.number(4, 0) == 2);
-    CHECK(region.number(5, 0) == no_pixel);
+
+    pixel_region_builder builder(5);
+    builder.add_run(2, 5), builder.end_row();
+    const pixel_region first = std::move(builder).build();
+    CHECK(first.number(4, 0) == 2);
+    CHECK(first.number(5, 0) == no_pixel);
+    CHECK(std::move(builder).build().width() == 0);
+}
+
+TEST_CASE("a region's builder refuses columns outside the lattice or out of order, a negative width, and a row without end") {
+    CHECK_THROWS_AS(pixel_region_builder(-1), error);
+    for (const auto& [first, last] :
+         {std::pair{-1, 3}, {0, 0}, {3, 2}, {8, 11}, {11, 12}, {4, 6}, {0, 2}, {0x7FFFFFFF, 0x7FFFFFFF}}) {
+        pixel_region_builder builder(10);
+        builder.add_run(3, 5);
+        CAPTURE(first, last);
+        CHECK_THROWS_AS(builder.add_run(first, last), error);
+        CHECK_THROWS_AS(std::move(builder).build(), error);
+        builder.add_run(5, 7), builder.end_row();  // neither error changed the builder
+        const pixel_region region = std::move(builder).build();
+        CHECK(region.row(0).size() == 1);
+        CHECK(region.size() == 4);
+    }
 }
 
 TEST_CASE("a region of 2^31 pixels or more is refused, and the widest region can be halved") {
-    pixel_region region(1 << 30);
+    pixel_region_builder region(1 << 30);
     region.add_run(0, 1 << 30), region.end_row();
     region.add_run(0, (1 << 30) - 1), region.end_row();
-    CHECK(region.count() == 0x7FFFFFFF);
     CHECK_THROWS_AS(region.add_run(3, 4), error);
-    CHECK(region.count() == 0x7FFFFFFF);
+    CHECK(std::move(region).build().count() == 0x7FFFFFFF);
 
-    pixel_region row(0x7FFFFFFF);
+    pixel_region_builder row(0x7FFFFFFF);
     row.add_run(0x7FFFFFFE, 0x7FFFFFFF), row.end_row();
-    const pixel_region half = halved(row);
+    const pixel_region half = halved(std::move(row).build());
     CHECK(half.width() == 1 << 30);
     CHECK(half.number((1 << 30) - 1, 0) == 0);
 }

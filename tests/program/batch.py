@@ -5,6 +5,7 @@ resumes after a kill.
 
 KILLS (default 6): number of kills at random times.
 """
+import base64
 import json
 import os
 import pty
@@ -12,6 +13,7 @@ import random
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -274,6 +276,59 @@ def memory_of_maps():
         check(f"photos with many hidden pixels: the peak, {peak} bytes, is within the limit", peak <= bound * 1_000_000, lines)
 
 
+def jpeg_with_xmp(jpeg, attributes, children=""):
+    """Inserts an XMP packet of any size into a JPEG file: as Extended XMP, in segments of at most 64 kB, as phones do."""
+    def segment(body):
+        return b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body
+
+    def packet(attributes, children=""):
+        return f'<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description {attributes}>{children}</rdf:Description></rdf:RDF></x:xmpmeta>'.encode()
+
+    identifier, part, whole = "0" * 32, 60_000, packet(attributes, children)
+    first = packet(f'xmlns:xmpNote="http://ns.adobe.com/xmp/note/" xmpNote:HasExtendedXMP="{identifier}"')
+    segments = [segment(b"http://ns.adobe.com/xap/1.0/\0" + first)]
+    for at in range(0, len(whole), part):
+        segments.append(segment(b"http://ns.adobe.com/xmp/extension/\0" + identifier.encode() + struct.pack(">II", len(whole), at) + whole[at : at + part]))
+    return jpeg[:2] + b"".join(segments) + jpeg[2:]
+
+
+def memory_of_maps_inside():
+    """The memory limit covers depth maps of 12 megapixels inside photos, and the XMP that contains them."""
+    program = open(PROGRAM, "rb").read()
+    if b"AddressSanitizer" in program or b"ThreadSanitizer" in program or "pugixml" in subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout:
+        print("skipped the memory of maps inside photos: sanitizers need additional memory, or the program reads no XMP")
+        return
+    bound = 400
+    with open(os.path.join(SOURCE, "examples/photo3d/sample.jpg"), "rb") as file:
+        sample = file.read()
+    step, noise = bytes(40 if x < 1500 else 200 for x in range(3000)), random.Random(3)
+    plain = png(3000, 4000, 1, lambda y: step)
+    grainy = png(3000, 4000, 1, lambda y: noise.randbytes(3000))  # can't be compressed
+
+    def gdepth(map):
+        return 'xmlns:GDepth="http://ns.google.com/photos/1.0/depthmap/" GDepth:Format="RangeInverse" GDepth:Near="1" GDepth:Far="9" GDepth:Mime="image/png" GDepth:Data="' + base64.b64encode(map).decode() + '" '
+
+    too_large = jpeg_with_xmp(sample, gdepth(png(6000, 8000, 1, lambda y: bytes(6000))))
+    for name, file in (
+        ("a map of few bytes", jpeg_with_xmp(sample, gdepth(plain))),
+        ("a map of many bytes", jpeg_with_xmp(sample, gdepth(grainy))),
+        ("a map and the original photo", jpeg_with_xmp(sample, gdepth(plain) + 'xmlns:GImage="http://ns.google.com/photos/1.0/image/" GImage:Data="' + "A" * 12_000_000 + '" ')),
+        ("a map and many elements", jpeg_with_xmp(sample, gdepth(plain), "<a/>" * 500_000)),
+        ("a map and many properties", jpeg_with_xmp(sample, gdepth(plain) + 'xmlns:a="http://a/"', "".join(f"<a:p{i}>1</a:p{i}>" for i in range(100_000)))),
+    ):
+        with folder_of_photos(0) as f:
+            for i in range(4):
+                f.write(f"photos/{i}.jpg", file)
+            f.write("photos/0_large.jpg", too_large)
+            lines = f.batch("photos", "-o", "out", "--report", "reports", "--size", "320", "--memory", f"{bound}MB", "--threads", "4", given_depth=False, code=NEVER)
+            reports = [json.loads(f.read(f"reports/{name}")) for name in f.list("reports")]
+            check(f"photos with {name} inside are converted", f.list("out") == [f"{i}.glb" for i in range(4)], lines)
+            check(f"photos with {name} inside: a map beyond the memory limit is refused", lines["photos/0_large.jpg"].get("error", {}).get("code") == "too large", lines)
+            check(f"photos with {name} inside: the map is used", all(report["depth"] == "GDepth, RangeInverse" for report in reports), f.said)
+            peak = max((report["peak_memory_bytes"] for report in reports), default=bound * 1_000_000 + 1)
+            check(f"photos with {name} inside: the peak, {peak} bytes, is within the limit", peak <= bound * 1_000_000)
+
+
 def reader_goes_away():
     with folder_of_photos(2) as f:
         for arguments in (["--batch", "photos", "--depth", "depth", "-o", "out"], ["photos/a.png", "--depth", "depth/a.png", "-o", "-"], ["photos/a.png", "--depth", "depth/a.png", "-o", "a.glb", "--report", "-"]):
@@ -373,7 +428,7 @@ def galleries():
         check("a gallery without --batch", f.run("photos/a.png", "--gallery", "x.html").returncode == USAGE)
 
 
-for part in (the_same_bytes, lists, galleries, bad_photos, links, formats, reader_goes_away, memory, memory_of_maps, kills, terminal):
+for part in (the_same_bytes, lists, galleries, bad_photos, links, formats, reader_goes_away, memory, memory_of_maps, memory_of_maps_inside, kills, terminal):
     begin = time.monotonic()
     part()
     print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")

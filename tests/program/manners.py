@@ -114,6 +114,14 @@ def first_words():
         check(f"{kind} contains no path of the machine that built it", SOURCE not in text and "/build/" not in text)
         if kind != "man" and shutil.which(kind):
             check(f"{kind} reads its completions", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
+    for option in ("-h", "--help", "--version", "--generate man", "--generate bash", "--generate zsh", "--generate fish"):
+        read, closed = os.pipe()
+        os.close(read)
+        for output, place in (("a pipe without a reader", closed), ("a full device", os.open("/dev/full", os.O_WRONLY))):
+            # A shell runs the program with the default reaction to SIGPIPE, Python does not.
+            result = subprocess.run([PROGRAM, *option.split()], stdout=place, stderr=subprocess.PIPE, restore_signals=True)
+            os.close(place)
+            check(f"{option} into {output}: exit code {result.returncode}", result.returncode == TRY_AGAIN and b"photo3d: standard output: " in result.stderr, result.stderr)
 
 
 def names():
@@ -148,7 +156,22 @@ def names():
             ("a field of view that is no number", ["me.png", "--fov", "nan"], ["--fov"]),
             ("another kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
             ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
-            ("no photo", [], ["PHOTO is required", "usage: photo3d"]),
+            ("no photo", [], ["PHOTO: expected at least one, found none", "usage: photo3d"]),
+            ("two photos", ["me.png", "depth.png"], ["PHOTO: expected one photo, found 2", "--batch"]),
+            ("a photo and a folder", ["me.png", "."], [".: expected a photo, found a folder"]),
+            ("an option with an empty value", ["me.png", "--fov", ""], ["--fov: expected a number, 5 to 150, found an empty text"]),
+            ("an option twice", ["me.png", "--fov", "20", "--fov", "30"], ["--fov: expected one value, found 2"]),
+            ("a flag with a value", ["me.png", "--no-soft-edges=much"], ["--no-soft-edges: expected no value, true or false, found much"]),
+            ("an option without the one that it requires", ["me.png", "--video-size", "100"], ["--video-size: expected --video beside it, found none"]),
+            ("two options that exclude each other", ["me.png", "--depth-model", "depth.png"], ["--depth: expected no --depth-model beside it, found both"]),
+            ("a fraction for a whole number", ["me.png", "--quality", "85.5"], ["--quality: expected a whole number, 1 to 100, found 85.5"]),
+            ("a fraction of a pixel", ["me.png", "--size", "100.5"], ["--size: expected full or a whole number, 16 to 16384, found 100.5"]),
+            ("a number of threads that is too large", ["me.png", "--threads", "1025"], ["--threads: expected a whole number, 0 to 1024, found 1025"]),
+            ("a scale that is no number", ["me.png", "--depth-scale", "abc"], ["--depth-scale: expected a positive number, found abc"]),
+            ("a scale of 0", ["me.png", "--depth-scale", "0"], ["--depth-scale: expected a positive number, found 0"]),
+            ("a scale that is not finite", ["me.png", "--depth-scale", "inf"], ["--depth-scale: expected a positive number, found inf"]),
+            *((f"a memory limit of {size}", ["--batch", "me.png", f"--memory={size}"], [f"--memory: expected a size above 0 such as 500MB or 2GB, found {size}"]) for size in ("-5", "-5GB", "0", "0.0GB", "much", "GB", "5XB", "5i", "1.2.3GB", "nan", "1e9", "10000000000GB")),
+            ("an empty memory limit", ["--batch", "me.png", "--memory", ""], ["--memory: expected a size above 0", "an empty text"]),
             ("an unknown word for an option", ["me.png", "--frame", "large"], ["--frame", "expected crop or grow, found large"]),
             ("an unknown option", ["me.png", "--hlep"], ["unknown option --hlep", "--help"]),
             ("another unknown option", ["--ouptut=a.glb"], ["unknown option --ouptut", "--output"]),
@@ -159,17 +182,48 @@ def names():
             ("a folder as a photo", ["."], ["a folder", "--batch"]),
             ("an unknown format", ["me.png", "-o", "a.glb", "--formats", "jpeg,exe"], ["--formats", "jpeg, png", "jpeg,exe"]),
         ):
-            expect(name, f, arguments, USAGE, words)
+            said = expect(name, f, arguments, USAGE, words).stderr
+            check(f"{name}: the message is one line of photo3d", said.startswith(b"photo3d: ") and said.count(b"\n") == 1, said)
+        for option, words in (("--fov", "--fov: expected a value (NUMBER, 5 to 150), found none"), ("-o", "--output: expected a value (FILE), found none"), ("--generate", "--generate: expected man, bash, zsh or fish, found none")):
+            result = subprocess.run([PROGRAM, "me.png", option], cwd=f.path, capture_output=True, text=True)
+            check(f"{option} as the last word", result.returncode == USAGE and words in result.stderr, result.stderr)
         expect("a format that is switched off", f, ["me.png", "-o", "a.glb", "--formats", "jpeg,heif"], NEVER, ["me.png", "switched on: jpeg, heif"])
         expect("formats that are switched on", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb", "me.glb"])
         os.remove(f / "b.glb")
-        said = expect("a missing photo", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a readable file, found no such file"]).stderr
+        said = expect("a missing photo", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a photo, found no such file"]).stderr
         check("a missing photo: the system's message is not printed", b"No such file" not in said, said)
         f.write("text.png", b"hello")
         for photo in ("you.png", "text.png"):  # refused before reading the networks, one of which is invalid
             result = subprocess.run([PROGRAM, photo, "--depth", "depth.png", "--inpainting-model", "viewer.html", "-o", "a.glb", "--quiet"], cwd=f.path, capture_output=True, text=True)
             check(f"{photo} is refused before invalid weights are read", result.returncode == NEVER and photo in result.stderr and "viewer.html" not in result.stderr, result.stderr)
         os.remove(f / "text.png")
+        # Inputs that can't be used are refused before any work, which the program would report without --quiet.
+        for arguments, words in (
+            (["me.png", "you.png"], "you.png: expected a photo, found no such file"),
+            (["me.png", "--depth", "you.png"], "you.png: expected a depth map, found no such file"),
+            (["me.png", "--depth", "empty"], "empty: expected a depth map, found a folder"),
+            (["me.png", "--depth-model", "none"], "none: expected weights of the depth network, found no such file"),
+            (["me.png", "--depth-model", "empty"], "empty/tiefenrausch.pb: expected weights of the depth network, found no such file"),
+            (["me.png", "--inpainting-model", "none.safetensors"], "none.safetensors: expected weights of the inpainting network, found no such file"),
+            (["me.png", "--inpainting-model", "empty"], "empty: expected weights of the inpainting network, found a folder"),
+            (["me.png", "--silhouette-model", "no"], "no: expected weights of the silhouette network, found no such file"),
+            (["me.png", "--silhouette-model", "empty"], "empty: expected weights of the silhouette network, found a folder"),
+            (["me.png", "--html", "a.html", "--viewer", "no.html"], "no.html: expected the viewer, found no such file"),
+            (["me.png", "--html", "a.html", "--viewer", "empty"], "empty: expected a readable file, found a folder"),
+            (["me.png", "--video", "v", "--path", "keys.json"], "keys.json: expected a readable file, found no such file"),
+            (["me.png", "--video", "v", "--path", "empty"], "empty: expected a readable file, found a folder"),
+            (["--batch", "me.png", "--inpainting-model", "empty"], "empty: expected weights of the inpainting network, found a folder"),
+            (["--batch", "me.png", "--depth-model", "none"], "none: expected weights of the depth network, found no such file"),
+            (["--batch", "me.png", "--depth", "none-such"], "none-such: expected a folder of depth maps, with --batch, found no such folder"),
+            (["--batch", "me.png", "--depth", "me.png"], "me.png: expected a folder of depth maps, with --batch, found a file"),
+            (["--batch", "me.png", "-o", "depth.png"], "depth.png: expected a folder, with --batch, found a file"),
+        ):
+            os.makedirs(f / "empty", exist_ok=True)
+            before = f.state()
+            result = subprocess.run([PROGRAM, *arguments, *([] if "--html" in arguments else ["--viewer", "viewer.html"])], cwd=f.path, capture_output=True, text=True)
+            check(f"{arguments}: exit code {result.returncode}", result.returncode == NEVER and result.stdout == "" and f.state() == before, result.stdout)
+            check(f"{arguments}: one line says '{words}'", result.stderr.startswith(f"photo3d: {words}") and result.stderr.count("\n") == 1, result.stderr)
+        os.rmdir(f / "empty")
         expect("a missing folder", f, ["me.png", "-o", "no/such/a.glb"], NEVER, ["no/such/a.glb"])
         expect("a folder as a report", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
         expect("a file as the folder of stages", f, ["me.png", "--stages", "depth.png"], NEVER, ["depth.png"])

@@ -150,7 +150,7 @@ def check_full_size(folder):
         check("its compressed GLB file has as many textures, in WebP", is_whole_glb(compressed) and [i["mimeType"] for i in packed["images"]] == ["image/webp"] * len(sizes))
     else:
         print("skipped a compressed file of several textures: the program was built without meshoptimizer or libwebp")
-    run("a size that is neither a number nor full", [photo, *depth, "--size", "whole"], ["--size", "full or a number"])
+    run("a size that is neither a number nor full", [photo, *depth, "--size", "whole"], ["--size", "full or a whole number"])
 
     program = open(PROGRAM, "rb").read()
     if b"AddressSanitizer" in program or b"ThreadSanitizer" in program:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares files, options, defaults, sizes and numbers on the pages with the project.
+"""Compares files, options, defaults, sizes and numbers on the pages with the project, and figures that several pages state with each other.
 
     figures.py PHOTO3D      the built program; without it, options and sizes of its output are not compared
 """
@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from decimal import Decimal
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -84,6 +85,141 @@ lessons = len(list((ROOT / "examples/learn").glob("[0-9]*.cpp")))
 for page in ("README.md", "examples/learn/README.md"):
     count = re.search(rf"\b({'|'.join(words)}) lessons", read(page))
     check(count and words.index(count[1]) + 9 == lessons, f"{page}: there are {lessons} lessons")
+
+# Pages that state the same measurement agree: every number of a page equals that of the first page, rounded to as many digits. A page
+# may state only the first of these numbers. A third item is the factor from the page's unit to that of the first page.
+QUALITY, BENCH, PAPER, STAGES, SCALING = (f"bench/{folder}README.md" for folder in ("quality/", "", "paper/", "photo3d/", "scaling/"))
+TRAINING, STUDENT, SILHOUETTES, FARBRAUSCH, SEARCH = (f"examples/training/{folder}README.md" for folder in ("", "tiefenrausch_small/", "silhouettes/", "farbrausch/", "search/"))
+N = r"\**(\d[\d,]*(?:\.\d+)?)\**"  # a number, which may be bold
+MEASUREMENTS = {
+    "quality of our depth network": (
+        (QUALITY, rf"tiefenrausch_small \| {N} \| {N} \| [\d.]+ \| {N} \|"),
+        ("README.md", rf"our depth network, [\d.]+ MB \| {N} \| {N} \| {N} \|"),
+        (STUDENT, rf"gives {N}, {N} and {N}, the figures on the front page"),
+        (PAPER, rf"have {N}, {N} for the same weights")),
+    "quality of the published depth network": (
+        (QUALITY, rf"Tiefenrausch, published \| {N} \| {N} \| [\d.]+ \| {N} \|"),
+        ("README.md", rf"the paper authors' \| {N} \| {N} \| {N} \|"),
+        (PAPER, rf"by the recipe; {N}, {N} by bench/quality")),
+    "quality of the published depth network by the recipe": (
+        (STUDENT, rf"\| published \| {N} \| {N} \| [\d.]+ \| [\d.]+ \|"), (PAPER, rf"by bench/quality\) \| \| \| {N}, {N} \|")),
+    "quality before quantization": ((STUDENT, rf"student, float \| {N} \| {N} \|"), (PAPER, rf"before quantization \|[^|]*\|[^|]*\| {N}, {N} \|")),
+    "quality rounded to 8 bits": (
+        (STUDENT, rf"student before training in 8 bits, rounded to 8 bits \| {N} \| {N} \|"),
+        (PAPER, rf"rounded to 8 bits after training \|[^|]*\|[^|]*\| {N}, {N} \|")),
+    "quality after training in 8 bits": ((STUDENT, rf"\| student \| {N} \| {N} \| [\d.]+ \| [\d.]+ \|"), (PAPER, rf"trained with quantization \|[^|]*\|[^|]*\| {N}, {N} \|")),
+    "people and animals that are separate, published network": (
+        (STUDENT, rf"In [\d.]+ % of {N} photographs of people and animals.*?published: {N} %\)"),
+        ("README.md", rf"\| [\d.]+ % of {N} \| \| the paper authors'.*?\| {N} % \|")),
+    "people and animals that are separate, our network": ((STUDENT, rf"At two sizes it is {N} %"), ("README.md", rf"\| {N} % of \d+ \|")),
+    "time of the depth network": ((BENCH, rf"networks/tiefenrausch/disparity of a photo \| [^|]* \| {N} ms"), ("README.md", rf"depth network takes {N} ms of one core")),
+    "time of the program": ((STAGES, rf"\| sample.jpg \|(?: [\d.]+ \|){{8}} {N} \|", "0.001"), ("README.md", rf"program takes {N} s of one core")),
+    "triangles of the sample": ((BENCH, rf"formats/encode_glb \| {N} triangles"), ("README.md", rf"GLB of the sample is \d+ kB with {N} triangles")),
+    "lead of layers over screen space": (
+        (QUALITY, rf"ldi over screen space \+{N} dB"), (QUALITY, rf"lead of \+{N} dB is the mean"),
+        ("README.md", rf"Inpainting on layers is {N} dB better"), (PAPER, rf"layers lead screen space by {N} dB there")),
+    "lead of layers over screen space in the paper": ((QUALITY, rf"and the paper's data \+{N}"), (PAPER, rf"dB there, {N} dB in the paper")),
+    "views in search of holes": (
+        (QUALITY, rf"no hole in {N} views of the forty photographs"), (QUALITY, rf"draws each from {N} camera positions", "40"),
+        ("README.md", rf"In 40 photographs, seen from {N} places each", "40"), (PAPER, rf"over the {N} views of", "40")),
+    "photographs with measured depth": (
+        (QUALITY, rf"on {N} photographs with measured depth"), ("README.md", rf"8 bits, {N} photographs with measured depth"), (PAPER, rf"tiefenrausch_small, {N} pairs"),
+        (STUDENT, rf"\| {N} pairs outside the training"), (TRAINING, rf"`rgbd` \({N} photographs with measured depth\)"), ("bench/data.md", rf"`rgbd` \| {N} photographs with depth")),
+    "size of our depth network": (
+        (STUDENT, rf"\| student \| {N} M \| {N} G \|"), ("examples/models/README.md", rf"depth from one photo: {N} M weights of 8 bits, {N} G multiplications"),
+        (PAPER, rf"tiefenrausch_small {N} M;")),
+    "size of our depth network in the search": ((STUDENT, rf"\| student \| [\d.]+ M \| {N} G \|"), (SEARCH, rf"\| the student \|[^|]*\|[^|]*\|[^|]*\| {N} \|")),
+    "multiplications of the published network": ((STUDENT, rf"\| published \| [\d.]+ M \| {N} G \|"), (SEARCH, rf"parameters, {N} GMAC at 384 x 288")),
+    "file of our depth network": ((STUDENT, rf"\| student \| [\d.]+ M \| [\d.]+ G \| {N} MB"), ("README.md", rf"our depth network, {N} MB")),
+    "size of the inpainting network": ((FARBRAUSCH, rf"{N} M parameters"), ("examples/models/README.md", rf"hidden surfaces: {N} M weights"), (PAPER, rf"in the paper, here {N} M and")),
+    "training of the inpainting network": ((FARBRAUSCH, rf"was trained for {N} steps"), (QUALITY, rf"farbrausch.safetensors` \({N} steps")),
+    "size of the silhouette network": (
+        (SILHOUETTES, rf"network has {N} weights and computes {N} multiplications"), ("examples/models/README.md", rf"{N} weights as float16, for arithmetic of 8 bits; {N} multiplications")),
+    "photographs for training": (("bench/data.md", rf"`photos/train` \| {N} photographs"), (TRAINING, rf"whose licenses allow it: {N} \(CC0")),
+    "photographs without a license": (
+        ("bench/data.md", rf"`photos/train_research` \| {N} photographs \| \[[^)]*\) \({N}\), \[[^)]*\) \({N}\), Urban100 \({N}\) and Sun & Hays 80 \({N}\)"),
+        (TRAINING, rf"There are {N} more photographs without a license.*?BSDS500 \({N}\), stock photographs of offices \({N}\), Urban100 \({N}\) and Sun & Hays 80 \({N}\)")),
+    "pictures with depth for training": (
+        (STUDENT, rf"of {N} pictures \({N} measured or rendered; {N} by Depth Anything"), ("examples/models/README.md", rf"on {N} pictures with depth of their own \({N} measured or rendered, {N} by")),
+    "quality of reprojected pairs": (
+        (QUALITY, rf"stereo pairs: Farbrausch \| [^|]* \| {N} \|.*?stereo pairs: Farbrausch and texture \| [^|]* \|(?: [\d.]+ \|){{5}} {N} \|"),
+        (FARBRAUSCH, rf"stereo pairs, reprojected; LPIPS where inpainted, with texture \| {N}; {N} \|")),
+    "quality of reprojected scenes": (
+        (QUALITY, rf"ray-cast scenes: Farbrausch \| [^|]* \| {N} \|.*?ray-cast scenes: Farbrausch and texture \| [^|]* \|(?: [\d.]+ \|){{5}} {N} \|"),
+        (FARBRAUSCH, rf"ray-cast scenes, the same \| {N}; {N} \|")),
+    "LPIPS of novel views of pairs": (
+        (QUALITY, rf"stereo pairs, mean LPIPS \| \|(?: [\d.]+ / [\d.]+ \|){{2}} [\d.]+ / {N} \| [\d.]+ / {N} \|"),
+        (FARBRAUSCH, rf"pairs, novel views, LPIPS where the photo did not see: network, with texture \| {N}, {N} \|")),
+    "LPIPS of novel views of scenes": (
+        (QUALITY, rf"ray-cast scenes, mean LPIPS \| \|(?: [\d.]+ / [\d.]+ \|){{2}} [\d.]+ / {N} \| [\d.]+ / {N} \|"), (FARBRAUSCH, rf"\| scenes, the same \| {N}, {N} \|")),
+    "sizes of files": (
+        (PROGRAM_PAGE, rf"all eleven: median, largest \| {N}, [\d.]+ \| {N}, "), ("examples/service/README.md", rf"GLB file, kB \| [\d.]+ \| {N} \(median of eleven\) \| {N} \|")),
+    "hidden pixels of photographs": ((PROGRAM_PAGE, rf"\| {N} % in 100 photographs", "0.01"), ("SECURITY.md", rf"up to {N} hidden pixels per pixel")),
+    "batch beside a loop": ((PROGRAM_PAGE, rf"the batch was {N} and {N} times as fast"), ("CHANGELOG.md", rf"It is {N} to {N} times as fast as a shell loop")),
+    "error of 8 bits": ((PROGRAM_PAGE, rf"a PSNR of {N} dB to those"), ("examples/photo3d/arguments.hpp", rf"colors have a PSNR of {N} dB")),
+    "motion of a cropped photo": (
+        (PROGRAM_PAGE, rf"sideways by at most {N} % of the short side, which is {N} %"), ("examples/viewer/README.md", rf"they move by {N} % of the shorter side, or {N} % of the longer"),
+        ("examples/photo3d/arguments.hpp", rf"of the view to {N} % of the short side")),
+    "download of the page": (("examples/web/README.md", rf"page \d+ kB \| {N} MB \|"), ("README.md", rf"download is {N} MB")),
+    "time of the paper's photos": ((PAPER, rf"\*\*total\*\* \| \d+ \| {N} \|", "0.001"), (PAPER, rf"`--preset paper` \| {N} s of processor time")),
+}
+
+
+def scaled(groups, factor):
+    return [Decimal(group.replace(",", "")) * Decimal(factor) for group in groups]
+
+
+def agree(a, b):
+    """Whether two numbers are equal after rounding to the digits of the less exact one."""
+    return abs(a - b) <= Decimal(10) ** max(a.as_tuple().exponent, b.as_tuple().exponent) / 2
+
+
+for what, statements in MEASUREMENTS.items():
+    stated = [(page, found(pattern, read(page), what, page), *factor) for page, pattern, *factor in statements]
+    stated = [(page, scaled(groups, *(factor or ("1",)))) for page, groups, *factor in stated if groups]
+    for page, figures in stated[1:]:
+        for first, figure in zip(stated[0][1], figures):
+            check(agree(first, figure), f"{page}: {what}: {figure}, but {first} in {stated[0][0]}")
+
+
+def computed(what, page, pattern, values):
+    """Compares the numbers of a statement with values computed from the figures of another page."""
+    for said, value in zip(scaled(found(pattern, read(page), what, page) or (), "1"), values):
+        check(agree(said, Decimal(f"{value:.6f}")), f"{page}: {what}: {said}, but the tables give {value:.4f}")
+
+
+def column(page, row, index=0, scale=1.0):
+    """Returns a column of all rows of a table that match."""
+    cells = re.findall(row, read(page), re.MULTILINE)
+    check(cells, f"{page}: no rows as '{row}'")
+    return [float(cell if isinstance(cell, str) else cell[index]) * scale for cell in cells] or [1.0]
+
+
+networks = rf"^\| depth estimation \| \d+ \| {N} \| {N} \|"
+computed("time of the published depth network, relative to ours", "README.md", rf"authors' takes about {N} times as long", [column(PAPER, networks, 0)[0] / column(PAPER, networks, 1)[0]])
+sizes = column(PAPER, r"^\| kodim\d+ \| (\d+) \| \d+ \| \d+ \| \d+ \| \d+ \|")
+computed("sizes of the paper's photos", PAPER, rf"processor time, {N} to {N} kB", [min(sizes), max(sizes)])
+noise = r"^\| (?:checkerboard|comb|noise), [^|]* \| \d+ \| [\d.]+ \| (\d+) \| (\d+) \|"
+seconds, memory = column(STAGES, noise, 1), column(STAGES, noise, 0, 0.001)
+computed("photos of noise", PAPER, rf"pixels of noise \| {N} to {N} s of processor time, {N} to {N} GB", [min(seconds), max(seconds), min(memory), max(memory)])
+milliseconds = {name: float(time) for name, time in re.findall(r"^\| nn/convolve/(.*?) \|[^|]*\| ([\d.]+) ms", read(BENCH), re.MULTILINE)}
+irregular = {name: float(share) / 100 for name, share in re.findall(r"^\| nn/convolve/(.*?) \|[^|]*?([\d.]+) % irregular", read(BENCH), re.MULTILINE)}
+
+
+def ratio(name, size, kind):
+    return milliseconds[f"{name} 3x3 {size}, {kind}"] / milliseconds[f"image 3x3 {size}, {kind}"]
+
+
+def added(name, kind):
+    """Time that an irregular pixel adds, in pixels of an image."""
+    more = irregular[f"{name} 3x3 16->16, {kind}"] - irregular[f"image 3x3 16->16, {kind}"]
+    return (ratio(name, "16->16", kind) - 1) / more
+
+
+computed("layered images beside images", SCALING, rf"the convolution takes {N} times as long as on an image with as many pixels in float32, {N} times in 8 bits, and {N} and {N} times with 32",
+         [ratio("ldi", size, kind) for size in ("16->16", "32->32") for kind in ("float32", "int8")])
+computed("irregular pixels", SCALING, rf"adds {N} pixels in squares of 24 \([\d.]+ %\), and {N} in squares of 4 \(100 %\). In 8 bits it agrees at [\d.]+ %, with {N}, but not at 100 %: {N} there",
+         [added(name, kind) for kind in ("float32", "int8") for name in ("squares of 24", "squares of 4")])
 
 # The paper's numbers, and the exceptions that the README names.
 check(re.search(r"50 pixels", readme), "README.md does not say that surfaces do not grow by the paper's 50 pixels")

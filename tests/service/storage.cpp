@@ -3,11 +3,17 @@
 #include <catch2/catch.hpp>
 #include <tests/support/files.hpp>
 
+#include <fcntl.h>
+#include <stdio.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace ldi;
@@ -15,6 +21,18 @@ using namespace ldi::examples;
 using ldi::testing::byte_string;
 using ldi::testing::raised;
 using ldi::testing::scratch_folder;
+
+namespace {
+
+/// Names of all files in a folder, sorted.
+std::vector<std::string> names_in(const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    for (const auto& item : std::filesystem::directory_iterator(folder)) names.push_back(item.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+}  // namespace
 
 TEST_CASE("a folder returns the bytes last stored under a key") {
     const scratch_folder folder;
@@ -51,6 +69,89 @@ TEST_CASE("symbolic links inside a folder are not followed") {
     std::filesystem::create_symlink("in", folder / "link");
     folder_storage(folder / "link").put("a", byte_string(4));
     CHECK(storage.get("a", 10).size() == 4);
+}
+
+TEST_CASE("a reader gets all old bytes or all new bytes, also of an object with hard links") {
+    constexpr std::size_t size = 4'000'000;
+    const scratch_folder folder;
+    folder_storage storage(folder / ".");
+    storage.put("a", byte_string(size, std::byte{0}));
+    std::atomic<bool> is_done{false};
+    std::size_t mixed = 0, reads = 0;
+    std::thread reader([&] {
+        for (folder_storage same(folder / "."); !is_done; ++reads) {
+            const byte_string bytes = same.get("a", size);
+            mixed += bytes.size() != size || std::count(bytes.begin(), bytes.end(), bytes[0]) != std::ptrdiff_t{size} ? 1U : 0U;
+        }
+    });
+    for (int i = 1; i <= 20; ++i) {
+        const std::filesystem::path twin = folder / ("twin" + std::to_string(i));
+        std::filesystem::create_hard_link(folder / "a", twin);
+        storage.put("a", byte_string(size, static_cast<std::byte>(i)));
+        CHECK(read_file(twin)[0] == static_cast<std::byte>(i - 1));
+        std::filesystem::remove(twin);
+    }
+    is_done = true;
+    reader.join();
+    CHECK(mixed == 0);
+    CHECK(reads > 0);
+}
+
+TEST_CASE("writers of one object leave the bytes of one of them, and no other file") {
+    const scratch_folder folder;
+    std::vector<std::thread> writers;
+    for (int i = 1; i <= 4; ++i)
+        writers.emplace_back([&folder, i] {
+            folder_storage storage(folder / ".");
+            for (int k = 0; k < 25; ++k) storage.put("album/a", byte_string(100'000, static_cast<std::byte>(i)));
+        });
+    for (std::thread& writer : writers) writer.join();
+    const byte_string bytes = folder_storage(folder / ".").get("album/a", 100'000);
+    CHECK(bytes == byte_string(100'000, bytes[0]));
+    CHECK(names_in(folder / "album") == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("nothing outside a folder is written while a stranger replaces its folders by links") {
+    const scratch_folder folder;
+    for (const char* name : {"in/album", "out"}) std::filesystem::create_directories(folder / name);
+    std::filesystem::create_symlink("../out", folder / "in/link");
+    std::atomic<bool> is_done{false};
+    std::thread stranger([&] {
+        while (!is_done)
+            ::renameat2(AT_FDCWD, (folder / "in/album").c_str(), AT_FDCWD, (folder / "in/link").c_str(), RENAME_EXCHANGE);
+    });
+    folder_storage storage(folder / "in");
+    int written = 0;
+    for (int i = 0; i < 500; ++i) {
+        try {
+            storage.put("album/a" + std::to_string(i), byte_string(10));
+            ++written;
+        } catch (const error&) {  // the folder was a link
+        }
+    }
+    is_done = true;
+    stranger.join();
+    CHECK(written > 0);
+    CHECK(names_in(folder / "out").empty());
+}
+
+TEST_CASE("unfinished files of killed processes are removed, and those of other writers are kept") {
+    const scratch_folder folder;
+    for (const char* name : {".ldi-1.put", ".ldi-2.put", ".ldi-3.tmp"}) write_file(folder / name, byte_string(3));
+    const ldi::examples::file_handle written(folder / ".ldi-2.put", O_WRONLY);
+    REQUIRE(::flock(written.number(), LOCK_EX) == 0);
+    folder_storage(folder / ".").put("a", byte_string(4));
+    CHECK(names_in(folder / ".") == std::vector<std::string>{".ldi-2.put", ".ldi-3.tmp", "a"});
+}
+
+TEST_CASE("a replaced object keeps its permissions") {
+    const scratch_folder folder;
+    folder_storage storage(folder / ".");
+    storage.put("a", byte_string(4));
+    std::filesystem::permissions(folder / "a", std::filesystem::perms(0640));
+    storage.put("a", byte_string(5));
+    CHECK(std::filesystem::status(folder / "a").permissions() == std::filesystem::perms(0640));
+    CHECK(storage.get("a", 5).size() == 5);
 }
 
 TEST_CASE("a pipe in a folder is refused without waiting") {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 namespace ldi::testing {
 
@@ -26,13 +27,14 @@ inline image<std::uint8_t> random_marks(std::size_t height, std::size_t width, s
 }
 
 inline pixel_region region_of(const image<std::uint8_t>& marks) {
-    pixel_region region(static_cast<std::int32_t>(marks.width()));
+    const auto width = static_cast<std::int32_t>(marks.width());
+    pixel_region_builder region(width);
     for (std::size_t y = 0; y < marks.height(); ++y) {
-        for (std::int32_t x = 0; x < region.width(); ++x)
+        for (std::int32_t x = 0; x < width; ++x)
             if (marks(y, x) != 0) region.add_run(x, x + 1);
         region.end_row();
     }
-    return region;
+    return std::move(region).build();
 }
 
 inline std::int32_t number_in(const image<std::uint8_t>& marks, std::int32_t x, std::int32_t y) {

@@ -72,3 +72,36 @@ export function square(angle = 0) {
     };
     return putTogether({ json, binary: positions });
 }
+
+/** Returns a photo, twice as wide as high: a gray wall, and a narrow white sheet in front of it right of the middle. */
+export function besideMiddle() {
+    const positions = [];
+    // A sheet of cells x cells squares that fills the rectangle of the picture.
+    const sheet = (left, right, bottom, top, distance, cells) => {
+        const begin = positions.length / 3;
+        const at = (column, row) => [left + ((right - left) * column) / cells, bottom + ((top - bottom) * row) / cells];
+        const add = (...corners) => corners.forEach(([x, y]) => positions.push(2 * x * distance, y * distance, -distance));
+        for (let row = 0; row < cells; ++row)
+            for (let column = 0; column < cells; ++column) {
+                const [a, b, c, d] = [at(column, row), at(column + 1, row), at(column + 1, row + 1), at(column, row + 1)];
+                add(a, b, c, a, c, d);
+            }
+        return { byteOffset: 12 * begin, count: positions.length / 3 - begin };
+    };
+    const parts = [sheet(-1, 1, -1, 1, 5, 24), sheet(0.5, 0.7, -0.8, 0.8, 2, 12)];
+    const binary = Buffer.from(new Float32Array(positions).buffer);
+    const json = {
+        asset: { version: "2.0" },
+        scene: 0,
+        scenes: [{ nodes: [0, 1] }],
+        nodes: [{ mesh: 0 }, { camera: 0 }],
+        cameras: [{ type: "perspective", perspective: { aspectRatio: 2, yfov: Math.PI / 2, znear: 0.1 } }],
+        meshes: [{ primitives: parts.map((_, i) => ({ attributes: { POSITION: i }, material: i })) }],
+        materials: [0.1, 1].map((gray) => ({ pbrMetallicRoughness: { baseColorFactor: [gray, gray, gray, 1] }, extensions: { KHR_materials_unlit: {} } })),
+        accessors: parts.map((part) => ({ bufferView: 0, componentType: 5126, type: "VEC3", min: [-10, -5, -5], max: [10, 5, -2], ...part })),
+        bufferViews: [{ buffer: 0, byteLength: binary.length }],
+        buffers: [{ byteLength: binary.length }],
+        extensionsUsed: ["KHR_materials_unlit"],
+    };
+    return putTogether({ json, binary });
+}

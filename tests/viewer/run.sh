@@ -60,7 +60,7 @@ head -c 2000 "$top/examples/photo3d/sample.jpg" >"$batch/broken.jpg"
 
 rc=0
 node "$here/viewer.mjs" | tee "$top/out/viewer.log" || rc=1
-node "$here/element.mjs" | tee "$top/out/element.log" || rc=1
+with_screen node "$here/element.mjs" | tee "$top/out/element.log" || rc=1
 cat "$top/out/viewer.log" "$top/out/element.log" |
     awk '/^[0-9]+ passed, [0-9]+ failed$/ { passed += $1; failed += $3 } END { printf "%d passed, %d failed\n", passed, failed }'
 exit "$rc"

@@ -7,7 +7,7 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { openPage, openPhoto, picture, settle, startBrowser, stateOf, touch, turnDevice, waitUntilDrawn } from "./browser.mjs";
 import { clearColorScript, countGaps, goTo, places } from "./gaps.mjs";
-import { putTogether, square, takeApart, withHoles, withoutCamera } from "./glb.mjs";
+import { besideMiddle, putTogether, square, takeApart, withHoles, withoutCamera } from "./glb.mjs";
 import { PageTests } from "./page_tests.mjs";
 import { PictureDesk } from "./pictures.mjs";
 import { makeUsdPage } from "./usd.mjs";
@@ -19,6 +19,7 @@ const emptyPage = join(top, "build/viewer/viewer.html");
 const glb = await readFile(join(top, "out/sample.glb"));
 const croppedPage = join(top, "out/sample_cropped.html");
 const croppedGlb = await readFile(join(top, "out/sample_cropped.glb"));
+const axe = await readFile(join(here, "node_modules/axe-core/axe.min.js"), "utf8");
 const photo = await readFile(join(top, "examples/photo3d/sample.jpg"), "base64");
 const depth = await readFile(join(top, "examples/photo3d/sample_depth.png"), "base64");
 
@@ -130,6 +131,29 @@ await test("the first picture is the photo on a phone's screen", opened({ ...sti
     assert.equal((await frameOf(page)).height, 844);
 });
 
+await test("on an upright screen, the photo's middle of interest is in sight", empty({ ...still, size: { width: 390, height: 844 } }), async (page) => {
+    const whiteShare = async () => {
+        await settle(page);
+        return desk.shareOf(await picture(page), [255, 255, 255]);
+    };
+    await drop(page, "beside.glb", besideMiddle());
+    await waitUntilDrawn(page);
+    const ofWhole = (0.2 * 1.6) / 4 / (1 - 2 * (await hiddenBorder(page))) ** 2; // the white sheet's share of the frame
+    const assertInSight = async (what) => assertNear(await whiteShare(), ofWhole * (2 / (390 / 844)), 0.02, what);
+    await assertInSight("at first");
+    await page.mouse.wheel(0, -400);
+    await page.keyboard.press("Home");
+    await assertInSight("after a magnification");
+    await press(page, "fit");
+    assertNear(await whiteShare(), ofWhole, 0.01, "the whole photo");
+    await press(page, "fit");
+    await assertInSight("filled again");
+    await page.setViewportSize({ width: 844, height: 390 });
+    assertNear(await whiteShare(), ofWhole, 0.01, "on a lying screen");
+    await page.setViewportSize({ width: 390, height: 844 });
+    await assertInSight("after the phone has been turned");
+});
+
 await test("the page is named after the photo and at most 1 MB larger than the GLB in base64", opened(still), async (page) => {
     assert.equal(await page.title(), "sample");
     const { size } = await stat(samplePage);
@@ -137,6 +161,22 @@ await test("the page is named after the photo and at most 1 MB larger than the G
     console.log(`        ${size} bytes, ${more} more than the GLB in base64`);
     assert.ok(more > 0 && more <= 1_000_000);
 });
+
+for (const [name, file] of Object.entries({ "of --html": samplePage, "of --html --embed": join(top, "out/embed/sample.html"), "without a photo": emptyPage }))
+    await test(`axe reports no violation in the page ${name}`, () => openPage(context, file, { isBare: false, size: { width: 390, height: 844 } }), async (page) => {
+        if (file === emptyPage) await page.locator("#empty").waitFor();
+        else await waitUntilDrawn(page);
+        const assertNone = async (what) => {
+            await page.evaluate(axe);
+            const { violations, passes } = await page.evaluate(() => window.axe.run());
+            assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes[0].html}`), [], what);
+            assert.ok(passes.length > 5);
+        };
+        await assertNone("the page");
+        if (!/embed/.test(file)) return;
+        await page.locator("#embed").click();
+        await assertNone("the lines to copy");
+    });
 
 await test("the page cannot send network requests", opened(still), async (page) => {
     const directive = await page.evaluate(async () => {
@@ -382,25 +422,39 @@ await test("turning the device shows the scene from the side that it turned away
     assert.equal(end.visibility, 1);
 });
 
-// Like iOS, sends no orientation before the permission.
+// Like iOS, sends no orientation before the permission, and grants it only while a user's tap is handled. Its answer is `window.answer`.
 const askingScript = `
     Object.defineProperty(navigator, "maxTouchPoints", { get: () => 5 });
     addEventListener("deviceorientation", (event) => window.isAllowed || event.stopImmediatePropagation(), true);
-    DeviceOrientationEvent.requestPermission = async () => ((window.isAllowed = true), "granted");`;
-await test("if tilting needs permission, a button requests it", opened({ scripts: [askingScript, timeless] }), async (page) => {
-    const isOffered = () => page.evaluate(() => !document.querySelector("photo-3d").shadowRoot.getElementById("tilt").hidden);
-    assert.ok(await isOffered());
-    await hover(page, 0, 0);
-    await turnDevice(page, 0, 60, 0);
-    await turnDevice(page, 0, 60, 12);
-    assertNear((await settle(page)).reach.right, 0, 0.01, "right");
-    await press(page, "tilt");
-    assert.ok(!(await isOffered()));
-    await hover(page, 0, 0);
-    await turnDevice(page, 0, 60, 0);
-    await turnDevice(page, 0, 60, -12);
-    assert.ok((await settle(page)).reach.right > 0.4);
-});
+    addEventListener("click", (event) => (window.isHandlingTap = event.isTrusted), true);
+    addEventListener("click", () => (window.isHandlingTap = false));
+    window.requests = 0;
+    DeviceOrientationEvent.requestPermission = async () => {
+        window.requests += 1;
+        if (!window.isHandlingTap) throw new DOMException("Requesting device orientation access requires a user gesture to prompt", "NotAllowedError");
+        window.isAllowed = window.answer === "granted";
+        return window.answer;
+    };`;
+for (const answer of ["granted", "denied"])
+    await test(`if tilting needs permission, a tap on a button requests it: ${answer}`, opened({ isBare: false, scripts: [askingScript, timeless, `window.answer = "${answer}"`] }), async (page) => {
+        const button = page.locator("photo-3d #tilt");
+        const look = async (turn) => {
+            await touch(page, [await frameOf(page)]); // ends the sway
+            await touch(page, []);
+            await turnDevice(page, 0, 60, 0);
+            await turnDevice(page, 0, 60, turn);
+            return (await settle(page)).reach.right;
+        };
+        assert.ok(await button.isVisible());
+        assertNear(await look(12), 0, 0.01, "right");
+        assert.equal(await page.evaluate(() => window.requests), 0, "the page asks for nothing by itself");
+        await button.click();
+        assert.equal(await page.evaluate(() => window.requests), 1);
+        assert.ok(await button.isHidden());
+        const right = await look(-12);
+        if (answer === "granted") assert.ok(right > 0.4, String(right));
+        else assertNear(right, 0, 0.01, "right");
+    });
 
 await test("with reduced motion, only dragging and keys move the photo", opened(still), async (page) => {
     const before = await picture(page);

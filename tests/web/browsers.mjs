@@ -5,9 +5,9 @@ import puppeteer from "puppeteer-core";
 
 const pathOf = (name) => execFileSync("sh", ["-c", `command -v ${name}`], { encoding: "utf8" }).trim();
 
-/** Starts a browser with an empty profile. @param {"chromium" | "firefox"} kind */
+/** Starts a browser with an empty profile. Firefox has WebGL only on a screen, such as that of xvfb-run. @param {"chromium" | "firefox"} kind */
 export function startBrowser(kind) {
-    if (kind === "firefox") return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: true });
+    if (kind === "firefox") return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: !process.env.DISPLAY });
     const args = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
     const software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
     return puppeteer.launch({ executablePath: pathOf("chromium"), headless: true, args: [...args, ...software] });
@@ -18,12 +18,12 @@ export function startBrowser(kind) {
  *
  * @param {import("puppeteer-core").Browser} browser
  * @param {string} address
- * @param {{width?: number, height?: number, features?: {name: string, value: string}[]}} [options]
+ * @param {{width?: number, height?: number, isPhone?: boolean, features?: {name: string, value: string}[]}} [options]
  */
-export async function openPage(browser, address, { width = 900, height = 800, features = [] } = {}) {
+export async function openPage(browser, address, { width = 900, height = 800, isPhone = false, features = [] } = {}) {
     const page = await browser.newPage();
     page.setDefaultTimeout(60_000);
-    await page.setViewport({ width, height });
+    await page.setViewport({ width, height, isMobile: isPhone, hasTouch: isPhone });
     if (features.length > 0) await page.emulateMediaFeatures(features);
     page.errors = [];
     page.requests = [];

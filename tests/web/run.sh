@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# run.sh [WORD]: builds the page of examples/web and the program, tests the page in headless Chromium and Firefox, and compares its results
-# with the program's. With WORD, runs only the tests whose name contains it. Writes screenshots to out/web. Installs missing packages.
-# Ends with "N passed, N failed".
+# run.sh [WORD]: builds the page of examples/web and the program, tests the page in headless Chromium and in Firefox on a virtual screen, and
+# compares its results with the program's. With WORD, runs only the tests whose name contains it. Writes screenshots to out/web. Installs
+# missing packages. Ends with "N passed, N failed".
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -13,4 +13,4 @@ install_npm_packages "$here"
 "$top/examples/web/build.sh"
 export PROGRAM=${PROGRAM:-$top/build/photo3d/examples/photo3d}
 [ -x "$PROGRAM" ] || "$top/examples/photo3d/run.sh" sample
-node "$here/web.mjs" "$@"
+with_screen node "$here/web.mjs" "$@"

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
-import { mkdir, readFile, writeFile } from "node:fs/promises";
+import { mkdir, readFile, stat, writeFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { dirname, extname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
@@ -139,7 +139,6 @@ const isInMotion = async (page) => {
 
 for (const kind of ["chromium", "firefox"]) {
     const browser = await startBrowser(kind);
-    const hasWebgl = kind === "chromium"; // Debian's Firefox has no WebGL without a screen
     const open = (options) => () => openPage(browser, onePage, options);
     const openShared = async () => (shared ??= await openPage(browser, onePage));
 
@@ -147,13 +146,7 @@ for (const kind of ["chromium", "firefox"]) {
         await page.screenshot({ path: join(made, `${kind}_empty.png`) });
         const result = await choose(page, sample);
         assert.equal(result.error, undefined);
-        if (hasWebgl) {
-            await isInMotion(page);
-        } else {
-            const message = await page.evaluate(() => document.getElementById("frame").contentDocument.querySelector("photo-3d").shadowRoot.getElementById("message").textContent);
-            assert.match(message, /This browser can't show 3D/);
-            page.errors = [];
-        }
+        await isInMotion(page);
         await page.screenshot({ path: join(made, `${kind}_shown.png`) });
         const photo = await page.evaluate(() => {
             const { width, height, isPastFrame, stages } = window.photo3d.shown().photo;
@@ -308,6 +301,53 @@ async function testsOfChromium(browser, open, openShared) {
         await own.close();
     });
 
+    await test("on a phone, the page takes a photo with the camera behind the screen", () => openPage(browser, onePage, { isPhone: true }), async (page) => {
+        const chosen = page.waitForFileChooser();
+        await page.click("#camera");
+        await (await chosen).accept([sample]);
+        assert.match((await waitForResult(page)).status, /^sample is ready/);
+        assert.equal(await page.$eval("#camera-file", (input) => input.getAttribute("capture")), "environment");
+    });
+
+    await test("the page shows the progress of each stage, in order", open(), async (page) => {
+        await page.evaluate(() => {
+            window.progress = [];
+            const stage = document.getElementById("stage");
+            const bar = document.getElementById("progress");
+            new MutationObserver(() => window.progress.push([stage.textContent, bar.value])).observe(bar, { attributes: true });
+        });
+        await choose(page, sample);
+        const progress = await page.evaluate(() => window.progress);
+        assert.deepEqual([...new Set(progress.map(([stage]) => stage))], [
+            "Loading the networks", "Reading the photo", "Estimating depth", "Cleaning depth", "Growing hidden surfaces", "Coloring hidden surfaces",
+            "Cutting the surfaces", "Packing the texture", "Building the mesh", "Writing the file", "Opening the 3D photo",
+        ]);
+        const values = progress.map(([, value]) => value);
+        assert.deepEqual(values, [...values].sort((a, b) => a - b), "the bar never goes back");
+        assert.equal(values.at(-1), 1);
+    });
+
+    await test("the page shares the 3D photo as a file, and the viewer does not offer the address of its frame", open(), async (page) => {
+        await page.evaluate(() => {
+            navigator.canShare = ({ files }) => files.length === 1;
+            navigator.share = async ({ files }) => {
+                window.given = { name: files[0].name, text: await files[0].text(), isAllowed: navigator.userActivation.isActive };
+            };
+        });
+        await choose(page, sample);
+        const isOffered = await page.evaluate(() => {
+            const { shadowRoot } = document.getElementById("frame").contentDocument.querySelector("photo-3d");
+            return ["reset", "share"].map((id) => !shadowRoot.getElementById(id).hidden);
+        });
+        assert.deepEqual(isOffered, [true, false]);
+        await page.click("#share");
+        await page.waitForFunction(() => window.given);
+        const { name, text, isAllowed } = await page.evaluate(() => window.given);
+        assert.equal(name, "sample.html");
+        assert.match(text, /<photo-3d standalone caption="sample"/);
+        assert.ok(isAllowed, "the share sheet opens at the click");
+    });
+
     await test("the page cannot send data", open(), async (page) => {
         const isSent = await page.evaluate(async () => {
             const attempts = [
@@ -345,12 +385,13 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(await findings(), []);
     });
 
-    await test("the size of the heap stays the same over many photos", openShared, async (page) => {
+    await test("the converter needs at most 150 MB, the same over many photos", openShared, async (page) => {
         const heaps = [];
         for (let i = 0; i < 4; ++i) await convert(page, "sample.jpg", sampleBytes);
         for (let i = 0; i < 6; ++i) heaps.push((await convert(page, "sample.jpg", sampleBytes)).facts.heap);
         console.log(`        ${(heaps.at(-1) / 1e6).toFixed(0)} MB`);
         assert.equal(heaps.at(-1), heaps[0]);
+        assert.ok(heaps[0] <= 150e6);
     });
 
     const isolating = await serve(site, isolation);
@@ -394,6 +435,11 @@ async function testsOfChromium(browser, open, openShared) {
     await test("the page works on a server, and offline after the first visit", () => openPage(browser, server.address), async (page) => {
         assert.equal((await choose(page, sample)).error, undefined);
         assert.deepEqual(page.requests.filter((url) => !url.startsWith(server.address)), [], "only the server's own files");
+        const names = [...new Set(page.requests)].map((url) => new URL(url).pathname.replace(/\/$/, "/index.html"));
+        const sizes = await Promise.all(names.map(async (name) => (await stat(join(site, name))).size));
+        const download = sizes.reduce((sum, size) => sum + size, 0);
+        console.log(`        a download of ${(download / 1e6).toFixed(2)} MB`);
+        assert.ok(names.includes("/converter.wasm.gz") && download <= 3.2e6, `${download} bytes: ${names}`);
         await page.evaluate(() => navigator.serviceWorker.ready);
         assert.equal((await page.evaluate(() => window.photo3d.converter.ready)).threads, 1);
         await server.stop();

@@ -61,7 +61,7 @@ export class Photo3D extends HTMLElement {
     lookFrom(reach: Partial<Reach>): void;
     enterFullscreen(): Promise<void>;
     exitFullscreen(): Promise<void>;
-    /** Shares the page's address, or copies it. */
+    /** Shares the page's address, or copies it. In a frame without an address, only fires the event. */
     share(): Promise<void>;
     state(): PhotoState;
     /** Shows or hides the backdrop, to see the gaps of the mesh. */

@@ -24,6 +24,8 @@ const upright = { aspect: 0.7, share: 0.8 };
 
 let sheet;
 const isReduced = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
+/** Whether others can open the page's address. The document of a frame with `srcdoc` has none, and those of data: and blob: URLs are local. */
+const hasAddress = () => /^(https?|file):/.test(location.href);
 const Base = globalThis.HTMLElement ?? class {}; // allows imports outside browsers, where there are no pages
 
 export class Photo3D extends Base {
@@ -202,7 +204,7 @@ export class Photo3D extends Base {
 
     /** Shares the page's address. Copies or shows it where the browser cannot share, and for a page opened from the disk. */
     async share() {
-        if (!this.dispatchEvent(new CustomEvent("share", { cancelable: true }))) return;
+        if (!this.dispatchEvent(new CustomEvent("share", { cancelable: true })) || !hasAddress()) return;
         const url = location.href;
         const title = this.getAttribute("caption") || document.title;
         if (navigator.share && /^https?:/.test(url)) return navigator.share({ title, url }).catch(() => {}); // the user canceled
@@ -412,7 +414,8 @@ export class Photo3D extends Base {
         const isFull = this.#isOver || this.matches(":fullscreen");
         setIcon(fullscreen, isFull ? "leave" : "fullscreen", isFull ? "Leave full screen" : "Full screen");
         fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // a standalone element fills the page already
-        reset.hidden = share.hidden = !isAlone;
+        reset.hidden = !isAlone;
+        share.hidden = !isAlone || !hasAddress();
         caption.hidden = !isAlone || !caption.textContent;
         tilt.hidden = !isAlone || !mustAskForTilt() || isReduced();
         if (isAlone) hasHeadset().then((isThere) => (headset.hidden = !isThere || !this.isAlone));

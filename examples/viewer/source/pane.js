@@ -10,19 +10,28 @@ export class Pane {
     constructor() {
         /** Visible share of the frame's width and height at zoom 1. */
         this.covered = { x: 1, y: 1 };
+        /** Horizontal position in the frame that a canvas narrower than the frame shows in its middle. */
+        this.interest = 0;
         this.target = { zoom: 1, x: 0, y: 0 };
         this.now = { zoom: 1, x: 0, y: 0 };
     }
 
-    /** Covers a canvas of this shape: crops a frame that is too wide or too high on both sides. */
+    /** Covers a canvas of this shape: crops a frame that is too wide or too high. */
     fit(frameAspect, canvasAspect) {
+        const { zoom, x, y } = this.home;
+        const isHome = this.target.zoom === zoom && this.target.x === x && this.target.y === y;
         this.covered = { x: Math.min(canvasAspect / frameAspect, 1), y: Math.min(frameAspect / canvasAspect, 1) };
-        this.target = this.limited(this.target);
+        this.target = isHome ? this.home : this.limited(this.target);
         this.now = this.limited(this.now);
     }
 
+    /** The part of the frame that the canvas shows without magnification. */
+    get home() {
+        return this.limited({ zoom: 1, x: this.interest, y: 0 });
+    }
+
     reset() {
-        this.target = { zoom: 1, x: 0, y: 0 };
+        this.target = this.home;
     }
 
     /** Returns the visible share of the frame's width and height at this zoom. */

@@ -18,6 +18,7 @@ import { checkGlb } from "./check_glb.js";
  * @property {boolean} fillsView  true for photos; false for other models, around which the background is visible
  * @property {boolean} isPastFrame  whether surfaces continue past the photo's border, as far as motion within the budget uncovers them
  * @property {import("./budget.js").Budget | null} budget  motion limits; null if the file has none
+ * @property {number} interest  horizontal middle of interest: -1 is the photo's left border, 1 its right border
  */
 
 /**
@@ -42,7 +43,9 @@ export async function readPhoto(bytes) {
     const halfWidth = halfHeight * camera.aspect;
     const budget = readBudget(file.scene.userData, halfWidth, halfHeight);
     const isPastFrame = photoCamera !== undefined && budget !== null && file.scene.userData.past_frame === true;
-    return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView: camera.fillsView ?? true, isPastFrame, budget };
+    const fillsView = camera.fillsView ?? true;
+    const interest = fillsView ? middleOfInterest(model, halfWidth, halfHeight, 1 / farthest) : 0;
+    return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView, isPastFrame, budget, interest };
 }
 
 async function parse(bytes) {
@@ -90,6 +93,44 @@ function depthRange(model) {
     if (!(farthest > 0 && farthest < Infinity)) throw new Error("It shows nothing in front of its camera.");
     // A flat model gets a minimum depth range.
     return { nearest, farthest: Math.max(farthest, nearest * 1.001) };
+}
+
+/** Rows and columns of the grid in which middleOfInterest() looks for near surfaces. */
+const interestCells = 32;
+
+/** Weight of the photo's middle: the mean relief, as a share of the depth range, that moves the middle of interest half the way. */
+const interestInMiddle = 0.015;
+
+/**
+ * Returns the horizontal middle of the surfaces that stand out from their row of the photo. A floor, which is near along its whole row,
+ * does not stand out.
+ *
+ * @param {number} least  the disparity of the farthest surface
+ */
+function middleOfInterest(model, halfWidth, halfHeight, least) {
+    const cells = interestCells;
+    const rows = Array.from({ length: cells }, () => []); // the largest disparity in each cell that has a vertex
+    let most = least;
+    forEachVertex(model, ({ x, y, z }) => {
+        const column = Math.floor((0.5 - x / z / halfWidth / 2) * cells);
+        const row = rows[Math.floor((0.5 - y / z / halfHeight / 2) * cells)];
+        if (!(z < 0) || !row || column < 0 || column >= cells) return;
+        row[column] = Math.max(row[column] ?? least, -1 / z);
+        most = Math.max(most, row[column]);
+    });
+    let [sum, moment, count] = [0, 0, 0];
+    for (const row of rows) {
+        const sorted = row.filter((disparity) => disparity).sort((a, b) => a - b);
+        const usual = sorted[sorted.length >> 1];
+        count += sorted.length;
+        row.forEach((disparity, column) => {
+            const weight = Math.max(disparity - usual, 0);
+            sum += weight;
+            moment += weight * ((2 * column + 1) / cells - 1);
+        });
+    }
+    const all = count * (most - least);
+    return all > 0 ? moment / (sum + interestInMiddle * all) : 0;
 }
 
 /**

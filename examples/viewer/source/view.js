@@ -48,6 +48,7 @@ export class View {
         if (photo.fillsView) this.place.add(this.backdrop);
         this.place.add(photo.model);
         this.motion.forget();
+        this.pane.interest = photo.interest;
         this.pane.reset();
         Object.assign(this.motion.reach, { right: 0, up: 0, forward: 0 });
         this.needsDrawing = true;

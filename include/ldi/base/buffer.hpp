@@ -11,6 +11,7 @@
 #include <cstring>
 #include <initializer_list>
 #include <new>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -88,8 +89,8 @@ struct memory_block {
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
 /// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
-/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). Move
-/// constructors of values, and the iterators of append() and insert(), must not throw.
+/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). A
+/// buffer that grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -139,27 +140,38 @@ public:
     }
     std::size_t capacity() const { return block_.capacity; }
     bool empty() const { return size() == 0; }
-    T* data() { return static_cast<T*>(block_.values); }
-    const T* data() const { return static_cast<const T*>(block_.values); }
-    T* begin() { return data(); }
-    const T* begin() const { return data(); }
-    T* end() { return data() + size(); }
-    const T* end() const { return data() + size(); }
+    T* data() & { return static_cast<T*>(block_.values); }
+    const T* data() const& { return static_cast<const T*>(block_.values); }
+    T* begin() & { return data(); }
+    const T* begin() const& { return data(); }
+    T* end() & { return data() + size(); }
+    const T* end() const& { return data() + size(); }
 
     template <std::integral Index>
-    T& operator[](Index i) {
+    T& operator[](Index i) & {
         LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
-    const T& operator[](Index i) const {
+    const T& operator[](Index i) const& {
         LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
-    T& front() { return (*this)[0]; }
-    const T& front() const { return (*this)[0]; }
-    T& back() { return (*this)[size() - 1]; }
-    const T& back() const { return (*this)[size() - 1]; }
+    T& front() & { return (*this)[0]; }
+    const T& front() const& { return (*this)[0]; }
+    T& back() & { return (*this)[size() - 1]; }
+    const T& back() const& { return (*this)[size() - 1]; }
+
+    // A temporary destroys its values, so it returns a single value by value, and no pointers.
+    template <std::integral Index>
+    T operator[](Index i) && {
+        return std::move((*this)[i]);
+    }
+    T front() && { return std::move(front()); }
+    T back() && { return std::move(back()); }
+    const T* data() const&& = delete;
+    const T* begin() const&& = delete;
+    const T* end() const&& = delete;
 
     /// Initializes new values to zero.
     void resize(std::size_t count) {
@@ -215,6 +227,7 @@ public:
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
+        LDI_ASSERT(accepts(first, last));
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
             // memcpy() instead of a loop: byte values may alias the size, so that a loop would have to update it in memory for
@@ -230,7 +243,7 @@ public:
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(moves_as_bytes);
-        LDI_ASSERT(begin() <= place && place <= end());
+        LDI_ASSERT(begin() <= place && place <= end() && accepts(first, last));
         const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size() - at;
         const std::size_t count = static_cast<std::size_t>(last - first);
         if (size() + count > capacity()) reallocate(block_.grown(size() + count));
@@ -268,6 +281,17 @@ private:
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
+    // Whether append() accepts a range. Only pointers tell where the range lies.
+    template <class Iterator>
+    bool accepts(Iterator first, Iterator last) const {
+        if constexpr (std::is_pointer_v<Iterator>) {
+            const auto from = reinterpret_cast<std::uintptr_t>(first), to = reinterpret_cast<std::uintptr_t>(last);
+            const auto mine = reinterpret_cast<std::uintptr_t>(begin()), my_end = reinterpret_cast<std::uintptr_t>(end());
+            if (from != to && from < my_end && mine < to) return false;
+        }
+        return last - first >= 0;
+    }
+
     void* place_at_end() { return static_cast<void*>(end()); }
 
     void make_room(std::size_t count) {
@@ -292,9 +316,12 @@ private:
             move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
+        static_assert(std::is_nothrow_move_constructible_v<T> || std::is_copy_constructible_v<T>,
+                      "a buffer must keep its values if it cannot grow");
         buffer moved;  // its destructor releases `place` if a constructor throws, and otherwise the old block
         moved.block_ = {place, 0, new_capacity, block_.from};
-        for (; moved.size() < size(); ++moved.block_.size) ::new (moved.place_at_end()) T(std::move(data()[moved.size()]));
+        for (; moved.size() < size(); ++moved.block_.size)
+            ::new (moved.place_at_end()) T(std::move_if_noexcept(data()[moved.size()]));
         swap(moved);
     }
 

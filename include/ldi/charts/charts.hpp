@@ -14,12 +14,14 @@
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/charts/detail/chart_grower.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/surface.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 
@@ -39,15 +41,17 @@ struct chart_options {
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// invalid_option if an option is outside its range. Time is linear. If the boxes exceed max_area, charts are grown
-/// again with a smaller limit: usually once, and at most five times with the default max_side. Memory is up to 25 bytes per pixel
-/// and 120 per chart.
+/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite. Time is linear. If the
+/// boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the default
+/// max_side. Memory is up to 25 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
         raise(error_code::invalid_option, "max_side", "16 to " + std::to_string(max_chart_box), std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
+    for (const float d : layers.template column<disparity_column>())
+        if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
     constexpr std::int32_t min_side = 64;
     const graph_view& g = layers.topology();
     std::int32_t side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));

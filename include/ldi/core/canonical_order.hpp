@@ -65,7 +65,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 }
 
 /// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
-inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
+inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     buffer<std::int32_t> new_index(g.size(), no_pixel);
     std::size_t wrong = 0;  // first index that is out of range or occurs twice
     if (order.size() == g.size())
@@ -86,7 +86,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
             result.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
         }
     }
-    return std::move(result).build(unchecked);
+    return std::move(result).build(detail::unchecked);
 }
 
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().

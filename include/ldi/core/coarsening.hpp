@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -166,7 +168,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     const buffer<pixel_run> runs = runs_of(g);
     graph_builder coarse = detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build(unchecked);
+    result.topology = std::move(coarse).build(detail::unchecked);
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
@@ -179,10 +181,20 @@ struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
 
+    /// Raises mismatch if a parent does not exist, or if a coarse pixel has no fine pixels.
     explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
+        const auto refuse = [&](std::int32_t pixel, const char* found) {
+            raise(error_code::mismatch, "coarsened", "the result of coarsen()", found + std::to_string(pixel));
+        };
         for (const std::int32_t parent : by.parent)
-            if (parent != no_pixel) ++first[parent + 1];
-        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+            if (parent >= 0 && parent < by.kept.count())
+                ++first[parent + 1];
+            else if (parent != no_pixel)
+                refuse(parent, "a parent with index ");
+        for (std::size_t i = 1; i < first.size(); ++i) {
+            if (first[i] == 0) refuse(static_cast<std::int32_t>(i - 1), "no fine pixels of coarse pixel ");
+            first[i] += first[i - 1];
+        }
         pixels.resize(first.back(), unset);
         buffer<std::size_t> next(first);
         for (std::int32_t i = 0; i < by.parent.count(); ++i)

@@ -36,6 +36,7 @@ template <class T>
 concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
+    requires std::is_nothrow_move_constructible_v<typename T::scalar>;
     requires std::integral<std::remove_cv_t<decltype(T::channels)>>;
     requires(T::channels > 0 && T::channels <= 65536 && sizeof(typename T::scalar) * T::channels <= 65536);
 };

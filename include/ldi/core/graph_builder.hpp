@@ -14,11 +14,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+namespace detail {
 /// Tag for overloads that skip a check. The caller guarantees what the check would find out.
 struct unchecked_t {};
 inline constexpr unchecked_t unchecked{};
 
-namespace detail {
 [[noreturn]] inline void refuse_graph(const violation& found) {
     raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
           "a violation at pixel " + std::to_string(found.pixel));
@@ -103,7 +103,7 @@ public:
         return graph(std::move(*this));
     }
     /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
-    [[nodiscard]] graph build(unchecked_t) && {
+    [[nodiscard]] graph build(detail::unchecked_t) && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
     }
@@ -133,7 +133,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
             g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
             g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
-    return std::move(g).build(unchecked);
+    return std::move(g).build(detail::unchecked);
 }
 
 }}  // namespace ldi

@@ -188,12 +188,15 @@ public:
     operator image_view<Scalar>() & { return view(); }
     operator image_view<const Scalar>() const { return view(); }
 
-    Scalar* data() { return values_.data(); }
-    const Scalar* data() const { return values_.data(); }
-    Scalar* begin() { return values_.begin(); }
-    const Scalar* begin() const { return values_.begin(); }
-    Scalar* end() { return values_.end(); }
-    const Scalar* end() const { return values_.end(); }
+    Scalar* data() & { return values_.data(); }
+    const Scalar* data() const& { return values_.data(); }
+    const Scalar* data() const&& = delete;
+    Scalar* begin() & { return values_.begin(); }
+    const Scalar* begin() const& { return values_.begin(); }
+    const Scalar* begin() const&& = delete;
+    Scalar* end() & { return values_.end(); }
+    const Scalar* end() const& { return values_.end(); }
+    const Scalar* end() const&& = delete;
 
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
@@ -209,12 +212,16 @@ public:
     template <std::integral Index>
     const Scalar* row(Index y) const&& = delete;
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
-    Scalar& operator()(Y y, X x, Channel c = 0) {
+    Scalar& operator()(Y y, X x, Channel c = 0) & {
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
-    const Scalar& operator()(Y y, X x, Channel c = 0) const {
+    const Scalar& operator()(Y y, X x, Channel c = 0) const& {
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    Scalar operator()(Y y, X x, Channel c = 0) && {
+        return (*this)(y, x, c);
     }
 
     friend bool operator==(const image& a, const image& b) {

@@ -170,7 +170,7 @@ public:
             layered_image &image, &edited;
             graph_builder links;
             ~restorer() {
-                edited.graph_ = std::move(links).build(unchecked);
+                edited.graph_ = std::move(links).build(detail::unchecked);
                 image = std::move(edited);
             }
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
@@ -201,7 +201,7 @@ public:
                 b.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
             }
         }
-        *this = with_pixels(std::move(b).build(unchecked), old_index);
+        *this = with_pixels(std::move(b).build(detail::unchecked), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute

@@ -46,7 +46,8 @@ public:
     /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
     /// column(), unless it is a temporary.
     template <has_columns<Columns...> Layers>
-    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
+    requires(requires(const Layers& l) { graph_view(l.topology()); } &&
+             !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
              (std::is_lvalue_reference_v<Layers> || detail::is_layered_view<std::remove_const_t<Layers>>))
         layered_view(Layers&& layers)
         : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}

@@ -11,10 +11,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A set of pixels on a lattice. Build it row by row: call add_run() from left to right, then end_row().
+class pixel_region_builder;
+
+/// An immutable set of pixels on a lattice. pixel_region_builder makes it.
 class pixel_region {
 public:
     /// Columns first to last - 1 of a row. The runs of a row neither overlap nor touch.
@@ -25,21 +29,8 @@ public:
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
     };
 
-    explicit pixel_region(std::int32_t width = 0) : width_(width) {}
-
-    /// Adds columns first to last - 1 of the current row. Raises too_large if the region would have 2^31 pixels or more.
-    void add_run(std::int32_t first, std::int32_t last) {
-        LDI_ASSERT(first >= 0 && first < last && last <= width_);
-        if (last - first > 0x7FFFFFFF - count()) raise(error_code::too_large, "pixel_region", "fewer than 2^31 pixels", "more");
-        const bool is_first = runs_.count() == first_run(height());
-        if (!is_first && runs_.back().last == first) {
-            runs_.back().last = last;
-        } else {
-            LDI_ASSERT(is_first || runs_.back().last < first);
-            runs_.push_back({first, last, count()});
-        }
-    }
-    void end_row() { row_ends_.push_back(runs_.count()); }
+    /// Makes a region without pixels, on a lattice of 0 x 0.
+    pixel_region() = default;
 
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return row_ends_.count(); }
@@ -70,24 +61,65 @@ public:
     }
 
 private:
+    friend pixel_region_builder;
+
     /// Index of the first run of a row.
     std::int32_t first_run(std::int32_t y) const { return y == 0 ? 0 : row_ends_[y - 1]; }
 
-    std::int32_t width_;
+    std::int32_t width_ = 0;
     buffer<run> runs_;
     buffer<std::int32_t> row_ends_;  // number of runs up to the end of each row
 };
 
+/// Makes a pixel_region row by row: call add_run() from left to right, then end_row(), and build() after the last row.
+class pixel_region_builder {
+public:
+    /// width  of the lattice; raises invalid_option if negative
+    explicit pixel_region_builder(std::int32_t width) {
+        if (width < 0) raise(error_code::invalid_option, "pixel_region_builder", "a width of 0 or more", std::to_string(width));
+        made_.width_ = width;
+    }
+
+    /// Adds columns first to last - 1 of the current row, 0 <= first < last <= width, right of all columns added to it before.
+    /// Raises mismatch for other columns, too_large if the region would have 2^31 pixels or more; the builder then remains
+    /// unchanged.
+    void add_run(std::int32_t first, std::int32_t last) {
+        const bool is_first = made_.runs_.count() == made_.first_run(made_.height());
+        const std::int32_t free = is_first ? 0 : made_.runs_.back().last;
+        if (!(free <= first && first < last && last <= made_.width_))
+            raise(error_code::mismatch, "pixel_region_builder",
+                  "columns from " + std::to_string(free) + " to " + std::to_string(made_.width_) + ", from left to right",
+                  "columns " + std::to_string(first) + " to " + std::to_string(last));
+        if (last - first > 0x7FFFFFFF - made_.count())
+            raise(error_code::too_large, "pixel_region_builder", "fewer than 2^31 pixels", "more");
+        if (!is_first && free == first)
+            made_.runs_.back().last = last;
+        else
+            made_.runs_.push_back({first, last, made_.count()});
+    }
+    void end_row() { made_.row_ends_.push_back(made_.runs_.count()); }
+
+    /// Returns the region. Raises mismatch if the last row has no end; the builder then remains unchanged.
+    [[nodiscard]] pixel_region build() && {
+        if (made_.runs_.count() != made_.first_run(made_.height()))
+            raise(error_code::mismatch, "pixel_region_builder", "end_row() after the last run", "none");
+        return std::exchange(made_, {});
+    }
+
+private:
+    pixel_region made_;
+};
+
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
 inline pixel_region halved(const pixel_region& region) {
-    pixel_region result(detail::half_rounded_up(region.width()));
+    pixel_region_builder result(detail::half_rounded_up(region.width()));
     for (std::int32_t y = 0; y < region.height(); y += 2) {
         for (const pixel_region::run& r : region.row(y))
             if (const std::int32_t first = detail::half_rounded_up(r.first), last = detail::half_rounded_up(r.last); first < last)
                 result.add_run(first, last);
         result.end_row();
     }
-    return result;
+    return std::move(result).build();
 }
 
 /// Returns for each pixel (x, y) the number of the pixel (x / 2, y / 2) of the halved region, or no_pixel.

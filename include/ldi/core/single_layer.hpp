@@ -100,4 +100,16 @@ private:
 /// The layer of a photo.
 using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
+namespace detail {
+
+// The only conversion from a single layer to a layered image.
+struct expansion_access {
+    template <class... Columns>
+    static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
+        return std::move(layer.layers_);
+    }
+};
+
+}  // namespace detail
+
 }}  // namespace ldi

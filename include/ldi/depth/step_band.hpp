@@ -70,8 +70,8 @@ public:
           width_(static_cast<std::int32_t>(disparity.width())),
           height_(static_cast<std::int32_t>(disparity.height())),
           below_(disparity.height(), disparity.width(), 1, unset),
-          number_(disparity.height() * disparity.width(), unset) {
-        band_.region = pixel_region(width_);
+          number_(disparity.height() * disparity.width(), unset),
+          region_(width_) {
         band_.min_step = options.min_step;
     }
 
@@ -79,6 +79,7 @@ public:
         find_curves();
         measure_below();
         measure_rows();
+        band_.region = std::move(region_).build();
         return std::move(band_);
     }
 
@@ -161,7 +162,7 @@ private:
                 columns[x + radius] = distance < beyond ? squared : far_key;
             }
             if (nearest < beyond) measure_row(y, above, below, columns, keys);
-            band_.region.end_row();
+            region_.end_row();
         }
     }
 
@@ -206,7 +207,7 @@ private:
                 band_.squared_distances.push_back(static_cast<std::uint16_t>(keys[end] >> column_bits));
                 band_.curve_pixels.push_back(number_[index(u, v)]);
             }
-            if (end > x) band_.region.add_run(x, end);
+            if (end > x) region_.add_run(x, end);
             while (end < last && keys[end] >> column_bits > largest) ++end;
         }
     }
@@ -220,6 +221,7 @@ private:
     std::int32_t width_, height_;
     image<std::uint8_t> below_;
     buffer<std::int32_t> number_;  // index of each curve pixel; not set elsewhere
+    pixel_region_builder region_;
     step_band band_;
 };
 

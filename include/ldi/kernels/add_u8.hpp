@@ -22,16 +22,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, false, avx2::add_u8},
-    {isa::avx512vnni, false, avx512vnni::add_u8},
+    {isa::avx2, true, avx2::add_u8},
+    {isa::avx512vnni, true, avx512vnni::add_u8},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, true, neon::add_u8},
+    {isa::neon_dot_product, false, neon::add_u8},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, false, wasm_simd128::add_u8},
+    {isa::wasm_simd128, true, wasm_simd128::add_u8},
 #endif
-    {isa::scalar, true, scalar::add_u8},
+    {isa::scalar, false, scalar::add_u8},
 };
 static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
@@ -73,12 +73,13 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 /// Prepares an addition for add_u8().
 ///
-/// target  the instruction set to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's
-///         `target` is scalar
+/// target  the instruction set to prepare for. The kernel computes the integer form if no float form agrees with it on all
+///         65,536 pairs
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     add_u8_constants sum{kernel.set, exact};
-    if (kernel.is_integer) return sum;
+    if (!kernel.has_float_form) return sum;
+    sum.is_float = true;
     buffer<std::uint8_t> expected;
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
@@ -98,7 +99,7 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
                 sum.b_scale = b_scale * (1 + detail::nearest_float(b_step) * 0x1p-23F);
                 if (detail::is_exact(sum, expected, suspect)) return sum;
             }
-    sum.target = isa::scalar;
+    sum.is_float = false;
     return sum;
 }
 

@@ -59,6 +59,8 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
     const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
+    if (wanted == isa::wasm_simd128 && packed.target == isa::scalar && segments * packed.inputs <= detail::max_unfused_inputs)
+        packed.target = wanted, packed.fast = {};  // WebAssembly's kernel also has the integer requantization
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;

@@ -85,8 +85,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;
-    return single_layer<Color, disparity_column, known_column, matte_column>(
-        layers(std::move(g).build(unchecked), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+    return single_layer<Color, disparity_column, known_column, matte_column>(layers(
+        std::move(g).build(detail::unchecked), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
 }  // namespace detail

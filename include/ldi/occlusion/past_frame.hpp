@@ -116,7 +116,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const graph old = std::move(base).build(unchecked);
+        const graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
             return static_cast<std::int32_t>((std::min)(pixels, too_far));

@@ -131,7 +131,7 @@ inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& c
         g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
                        static_cast<std::int32_t>(fragments[i].position / g.width()));
     link_neighbors(g, fragments, walk);
-    return std::move(g).build(unchecked);
+    return std::move(g).build(detail::unchecked);
 }
 
 /// Sets the columns of `result`, whose pixels are the fragments.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 using namespace ldi;
 
@@ -96,4 +97,19 @@ TEST_CASE("byte maps are pooled to the rounded average and the largest byte") {
                 CHECK(largest.at(i)[c] == most);
             }
     });
+}
+
+TEST_CASE("pooling refuses parents that do not exist and coarse pixels without fine pixels") {
+    const ldi::graph g = ldi::make_grid(4, 4);
+    const ldi::feature_map fine(g.size(), 1);
+    for (const std::int32_t parent : {-2, 4, 0x7FFFFFFF, std::numeric_limits<std::int32_t>::min()}) {
+        ldi::coarsened changed = ldi::coarsen(g);
+        changed.parent[5] = parent;
+        CAPTURE(parent);
+        CHECK_THROWS_AS(ldi::average_pool(fine, changed), ldi::error);
+        CHECK_THROWS_AS(ldi::max_pool(fine, changed), ldi::error);
+    }
+    ldi::coarsened childless = ldi::coarsen(g);
+    for (std::int32_t& parent : childless.parent) parent = parent == 3 ? 0 : parent;
+    CHECK_THROWS_AS(ldi::average_pool(fine, childless), ldi::error);
 }

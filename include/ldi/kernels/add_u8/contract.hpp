@@ -13,6 +13,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
+    bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
     /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
@@ -20,7 +21,7 @@ struct add_u8_constants {
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
-    bool is_integer;  ///< whether the kernel computes `exact` instead of the float form
+    bool has_float_form;  ///< faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);

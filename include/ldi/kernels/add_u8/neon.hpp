@@ -42,6 +42,11 @@ struct adder {
 
 #include <ldi/kernels/add_u8/generic/walk.hpp>
 
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    add_with<adder>(sum, a, b, count, result);
+}
+
 LDI_END_TARGET
 
 }}}  // namespace ldi::neon

@@ -1,4 +1,5 @@
-// kernels/add_u8.hpp with WebAssembly SIMD128: float arithmetic on 4 values per vector.
+// kernels/add_u8.hpp with WebAssembly SIMD128: float arithmetic on 4 values per vector, or integer arithmetic where no float
+// form is exact.
 #pragma once
 
 #include <ldi/kernels/add_u8/contract.hpp>
@@ -12,11 +13,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-struct adder {
+struct float_adder {
     static constexpr std::size_t width = 16;
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
-    explicit adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_constants& sum)
         : a_scale(wasm_f32x4_splat(sum.a_scale)),
           b_scale(wasm_f32x4_splat(sum.b_scale)),
           offset(wasm_f32x4_splat(sum.offset)),
@@ -47,7 +48,42 @@ private:
     }
 };
 
+struct integer_adder {
+    static constexpr std::size_t width = 16;
+    v128_t bias, a_multiplier, b_multiplier, zero_point;
+    std::uint32_t shift;  ///< without its last bit
+
+    explicit integer_adder(const add_u8_constants& sum)
+        : bias(wasm_i32x4_splat(sum.exact.bias)),
+          a_multiplier(wasm_i32x4_splat(sum.exact.a_multiplier)),
+          b_multiplier(wasm_i32x4_splat(sum.exact.b_multiplier)),
+          zero_point(wasm_i16x8_splat(static_cast<std::int16_t>(sum.exact.zero_point))),
+          shift(static_cast<std::uint32_t>(sum.exact.shift - 1)) {}
+
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
+        const v128_t low = eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
+        const v128_t high = eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
+        wasm_v128_store(result, wasm_u8x16_narrow_i16x8(low, high));
+    }
+
+private:
+    [[gnu::always_inline]] v128_t eight(v128_t a, v128_t b) const {
+        const v128_t low = four(wasm_u32x4_extend_low_u16x8(a), wasm_u32x4_extend_low_u16x8(b));
+        const v128_t high = four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b));
+        return wasm_i16x8_add_sat(wasm_i16x8_narrow_i32x4(low, high), zero_point);
+    }
+    /// Rounds halves away from zero: a shift that adds half rounds them up, so negative values lose 1 first.
+    [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
+        const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
+        const v128_t sums = wasm_i32x4_add(products, bias);
+        const v128_t twice = wasm_i32x4_shr(wasm_i32x4_add(sums, wasm_i32x4_shr(sums, 31)), shift);
+        return wasm_i32x4_shr(wasm_i32x4_add(twice, wasm_i32x4_splat(1)), 1);
+    }
+};
+
 #include <ldi/kernels/add_u8/generic/walk.hpp>
+#include <ldi/kernels/add_u8/generic/walk_forms.hpp>
 
 }}}  // namespace ldi::wasm_simd128
 

@@ -23,8 +23,8 @@ using int_lanes = __m256i;
 [[gnu::always_inline]] inline void store(std::uint8_t* to, __m256i bytes) {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), bytes);
 }
-[[gnu::always_inline]] inline __m256 load_bytes(const std::uint8_t* from) {
-    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+[[gnu::always_inline]] inline __m256i load_bytes(const std::uint8_t* from) {
+    return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
 }
 [[gnu::always_inline]] inline __m256 add_sign(__m256 offset, __m256i sign, __m256 value) {
     return _mm256_xor_ps(_mm256_and_ps(value, _mm256_castsi256_ps(sign)), offset);

@@ -20,8 +20,8 @@ inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask6
 
 [[gnu::always_inline]] inline __m512i load(const void* from) { return _mm512_load_si512(from); }
 [[gnu::always_inline]] inline void store(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, bytes); }
-[[gnu::always_inline]] inline __m512 load_bytes(const std::uint8_t* from) {
-    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
+[[gnu::always_inline]] inline __m512i load_bytes(const std::uint8_t* from) {
+    return _mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
 }
 [[gnu::always_inline]] inline __m512 add_sign(__m512 offset, __m512i sign, __m512 value) {
     constexpr int and_xor = 0x6A;  // (a & b) ^ c

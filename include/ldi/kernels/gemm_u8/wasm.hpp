@@ -83,8 +83,32 @@ template <std::size_t... v>
     ((sums[v] = wasm_i32x4_add(sums[v], wasm_i32x4_dot_i16x8(two, weights[v]))), ...);
 }
 
-template <std::size_t vectors, bool positive>
-[[gnu::always_inline]] inline void store_pixel(const v128_t* sums, const requantizer<positive>& requantize, std::size_t held,
+/// Applies a requantization to vectors: for layers without an exact unfused_requantization.
+struct integer_requantizer {
+    v128_t multiplier, mask, half, zero_point;
+    std::uint32_t shift;
+
+    explicit integer_requantizer(const requantization& r)
+        : multiplier(wasm_i32x4_splat(r.multiplier)),
+          mask(wasm_i32x4_splat(static_cast<std::int32_t>((std::uint32_t{1} << r.shift) - 1))),
+          half(wasm_u32x4_shr(mask, 1)),
+          zero_point(wasm_i32x4_splat(r.zero_point)),
+          shift(static_cast<std::uint32_t>(r.shift)) {}
+
+    /// Adds the zero point, but does not clamp to 0.
+    [[gnu::always_inline]] v128_t operator()(v128_t sums) const {
+        const v128_t rounding = wasm_i64x2_splat(std::int64_t{1} << 30);
+        const v128_t low = wasm_i64x2_add(wasm_i64x2_extmul_low_i32x4(sums, multiplier), rounding);
+        const v128_t high = wasm_i64x2_add(wasm_i64x2_extmul_high_i32x4(sums, multiplier), rounding);
+        const v128_t value = wasm_i32x4_shuffle(wasm_i64x2_shr(low, 31), wasm_i64x2_shr(high, 31), 0, 2, 4, 6);
+        const v128_t remainder = wasm_i32x4_add(wasm_v128_and(value, mask), wasm_i32x4_shr(value, 31));
+        const v128_t rounded = wasm_i32x4_sub(wasm_i32x4_shr(value, shift), wasm_i32x4_gt(remainder, half));
+        return wasm_i32x4_add(wasm_i32x4_min(rounded, wasm_i32x4_splat(255)), zero_point);
+    }
+};
+
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const v128_t* sums, const Requantizer& requantize, std::size_t held,
                                                std::uint8_t* result) {
     const v128_t a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
     store_first(result, narrow(a, b, a, b), held);
@@ -103,10 +127,9 @@ struct gemm_kernel {
         }
     }
 
-    template <bool positive, std::size_t... p, std::size_t... v>
+    template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const v128_t* sums,
-                                             const gemm_panel& panel, const requantizer<positive>& requantize,
-                                             std::uint8_t* result) {
+                                             const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
         (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
@@ -114,16 +137,20 @@ using gemm_half_kernel = gemm_kernel;
 
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                            std::size_t pixels, std::uint8_t* result) {
+template <bool is_unfused>
+void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                     std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.max_pixels ? pixels - done : input.max_pixels;
         input.fill(weights, segments, pixel_stride, done, count);
-        gemm_u8_panels<requantizer<true>, requantizer<false>>(
-            weights.outputs, weights.fast,
-            {input, weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
-             weights.outputs});
+        const gemm_panel panel{
+            input,          weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
+            weights.outputs};
+        if constexpr (is_unfused)
+            gemm_u8_panels<requantizer<true>, requantizer<false>>(weights.outputs, weights.fast, panel);
+        else
+            gemm_u8_panels<integer_requantizer, integer_requantizer>(weights.outputs, weights.output, panel);
         done += count;
     }
 }
@@ -148,9 +175,15 @@ inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* 
     return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
 }
 
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer<false> requantize(weights.fast);
+template <bool is_unfused>
+void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                           std::size_t pixels, std::uint8_t* result) {
+    const auto requantize = [&] {
+        if constexpr (is_unfused)
+            return requantizer<false>(weights.fast);
+        else
+            return integer_requantizer(weights.output);
+    }();
     for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
         std::int32_t sums[gemm_lanes] = {};
         const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
@@ -165,8 +198,10 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     // a table, because Binaryen inlines functions with a single caller
     static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
-                                     std::uint8_t*) = {gemm_u8_widened, gemm_u8_single_output};
-    kinds[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
+                                     std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
+                                                       gemm_u8_single_output<false>, gemm_u8_single_output<true>};
+    kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.fast.scale != 0}](weights, segments, pixel_stride,
+                                                                                              pixels, result);
 }
 
 }}}  // namespace ldi::wasm_simd128

@@ -6,7 +6,6 @@
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/core/single_layer.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -15,14 +14,6 @@
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-// The only conversion from a single layer to a layered image.
-struct expansion_access {
-    template <class... Columns>
-    static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
-        return std::move(layer.layers_);
-    }
-};
 
 // Pixels of a base layer, and hidden pixels behind them. Indices below K are pixels of the base: pixel (x, y) has index y * width
 // + x. Hidden pixels follow in the order in which they were added.

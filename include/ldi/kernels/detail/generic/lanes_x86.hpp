@@ -3,7 +3,7 @@
 //
 //     float_lanes, int_lanes         vector types
 //     LDI_LANES(operation)           name of the intrinsic function for these vectors
-//     load, store, load_bytes        of whole vectors; load_bytes() converts bytes to float
+//     load, store, load_bytes        of whole vectors; load_bytes() extends bytes to 32 bits
 //     add_sign(offset, sign, value)  (value & sign) ^ offset
 
 inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
@@ -21,6 +21,31 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 [[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
 /// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
+
+/// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
+struct integer_addition {
+    int_lanes bias, a_multiplier, b_multiplier, zero_point;
+    __m128i shift;  ///< without its last bit
+
+    explicit integer_addition(const quantized_addition& sum)
+        : bias(spread(sum.bias)),
+          a_multiplier(spread(sum.a_multiplier)),
+          b_multiplier(spread(sum.b_multiplier)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.zero_point))),
+          shift(_mm_cvtsi32_si128(sum.shift - 1)) {}
+
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
+    /// makes it round their halves down, away from zero.
+    [[gnu::always_inline]] int_lanes operator()(int_lanes a, int_lanes b) const {
+        const int_lanes products =
+            LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(a, a_multiplier), LDI_LANES(mullo_epi32)(b, b_multiplier));
+        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
+        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
+        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
+        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
+    }
+    [[gnu::always_inline]] int_lanes add_zero_point(int_lanes words) const { return LDI_LANES(adds_epi16)(words, zero_point); }
+};
 
 /// Four vectors of 32-bit values.
 struct four_vectors {

@@ -1,0 +1,62 @@
+// Messages for errors of the command line, in the style of ldi: the option, what it expects, and what was found.
+#pragma once
+
+#include "help_text.hpp"
+#include "option_checks.hpp"
+#include "unknown_option.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <vector>
+
+namespace ldi::examples {
+
+/// Describes the value that an option expects: "a value (NUMBER, 5 to 150)", or the words that it accepts.
+inline std::string expected_value(const CLI::Option& option) {
+    const std::vector<std::string> words = words_of(option);
+    if (!words.empty()) return listed(words);
+    std::string type = option.get_type_name();
+    if (const std::size_t colon = type.find(':'); colon != std::string::npos) type.replace(colon, 1, ", ");
+    return "a value (" + type + ")";
+}
+
+/// Returns the message for a flag with a value that is not true or false; empty if there is none.
+inline std::string invalid_flag(const CLI::Option& option) {
+    if (takes_value(option)) return {};
+    for (const std::string& given : option.results()) {
+        bool value = false;
+        if (!CLI::detail::lexical_cast(given, value))
+            return names_of(option).back() + ": expected no value, true or false, found " + given;
+    }
+    return {};
+}
+
+/// Describes an error of the parser, for example "--fov: expected a value (NUMBER, 5 to 150), found none".
+inline std::string usage_error(const CLI::App& app, const CLI::ParseError& e, int count, char** values) {
+    if (const std::string text = unknown_option(app, count, values); !text.empty()) return text;
+    const std::string kind = e.get_name(), said = e.what();
+    if (kind == "RequiredError") return std::string("PHOTO: expected at least one, found none; usage: ") + usage_text;
+    if (kind == "ArgumentMismatch") {  // said starts with the name and a colon
+        const std::string name = said.substr(0, said.find(':'));
+        const CLI::Option* const option = app.get_option_no_throw(name);
+        if (option == nullptr) return said;
+        if (option->count() > 1) return name + ": expected one value, found " + std::to_string(option->count());
+        return name + ": expected " + expected_value(*option) + ", found none";
+    }
+    for (const CLI::Option* const option : app.get_options()) {
+        if (option->count() == 0) continue;
+        const auto name = [&] { return option->get_name(); };
+        if (kind == "RequiresError")
+            for (const CLI::Option* const other : option->get_needs())
+                if (other->count() == 0) return name() + ": expected " + other->get_name() + " beside it, found none";
+        if (kind == "ExcludesError")
+            for (const CLI::Option* const other : option->get_excludes())
+                if (other->count() > 0) return name() + ": expected no " + other->get_name() + " beside it, found both";
+        if (kind == "ConversionError")
+            if (const std::string text = invalid_flag(*option); !text.empty()) return text;
+    }
+    return said;
+}
+
+}  // namespace ldi::examples
