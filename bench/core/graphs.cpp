@@ -48,7 +48,7 @@ void add_graphs() {
                 if (i % 1024 != 0) b.link(i, ldi::side::left, i - 1);
                 if (i >= 1024) b.link(i, ldi::side::up, i - 1024);
             }
-            return std::move(b).build(ldi::detail::unchecked);
+            return std::move(b).build();
         });
     });
     add("core/validate/graph", [](benchmark::State& state) {
@@ -243,7 +243,7 @@ ldi::pixel_region disks() {
 }
 
 void add_regions() {
-    add("core/pixel_region/add runs of 1 pixel", [](benchmark::State& state) {
+    add("core/pixel_region_builder/add runs of 1 pixel", [](benchmark::State& state) {
         measure(state, pixels_text(disks().size()), {.pixels = static_cast<double>(disks().size())}, [] { return disks(); });
     });
     add("core/halved", [](benchmark::State& state) {

@@ -2361,16 +2361,6 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         std::swap(ring, next);
     }
 }
-
-/// Returns the coarse graph, and sets the other members of `result`.
-inline graph_builder coarse_graph(const graph_view& g, orphan_rule orphans, coarsened& result) {
-    const buffer<pixel_run> runs = runs_of(g);
-    graph_builder coarse = keep_even_pixels(g, runs, result);
-    link_kept_pixels(g, result, coarse);
-    for (const pixel_run& run : runs) find_parents(g, run, result.parent);
-    if (orphans == orphan_rule::adopt_nearest) adopt_nearest_parent(g, result.parent);
-    return coarse;
-}
 }  // namespace detail
 
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
@@ -2382,15 +2372,14 @@ inline graph_builder coarse_graph(const graph_view& g, orphan_rule orphans, coar
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
-inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) {
-    coarsened result;
-    result.topology = detail::coarse_graph(g, orphans, result).build(detail::unchecked);
-    return result;
-}
-/// Coarsens a view of a valid graph. Raises mismatch if the coarse graph violates an invariant of `graph`.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
-    result.topology = detail::coarse_graph(g, orphans, result).build();
+    const buffer<pixel_run> runs = runs_of(g);
+    graph_builder coarse = detail::keep_even_pixels(g, runs, result);
+    detail::link_kept_pixels(g, result, coarse);
+    result.topology = std::move(coarse).build(detail::unchecked);
+    for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
+    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
 }
 
@@ -2435,7 +2424,7 @@ struct coarsened_layers {
 /// that share a parent. It receives the kept pixel first, then the other pixels by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
-    coarsened level = coarsen(fine.topology(), orphans);
+    coarsened level = coarsen(graph_view(fine.topology()), orphans);
     detail::collapsed_pixels children(level);
     const std::int32_t count = level.kept.count();
     for (std::int32_t c = 0; c < count; ++c) {  // moves the kept pixel to the front
