@@ -120,7 +120,10 @@ const pathOf = (name) => execFileSync("sh", ["-c", `command -v ${name}`], { enco
 
 /** Starts a browser with an empty profile. Firefox has WebGL only on a screen, such as that of xvfb-run. */
 function startBrowser(kind) {
-    if (kind === "firefox") return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: !process.env.DISPLAY });
+    if (kind === "firefox") {
+        const extraPrefsFirefox = { "gfx.webrender.software": true }; // leaves only WebGL to Mesa, which is slow without a graphics card
+        return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: !process.env.DISPLAY, extraPrefsFirefox });
+    }
     const args = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
     const software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
     return puppeteer.launch({ executablePath: pathOf("chromium"), headless: true, args: [...args, ...software] });

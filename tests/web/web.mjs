@@ -385,7 +385,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(await findings(), []);
     });
 
-    await test("the converter needs at most 150 MB, the same over many photos", openShared, async (page) => {
+    await test("the converter needs at most 150 MB, the same over many photos", open(), async (page) => {
         const heaps = [];
         for (let i = 0; i < 4; ++i) await convert(page, "sample.jpg", sampleBytes);
         for (let i = 0; i < 6; ++i) heaps.push((await convert(page, "sample.jpg", sampleBytes)).facts.heap);

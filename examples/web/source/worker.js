@@ -14,6 +14,9 @@
 /** Maximum side of a photo that the browser decodes: twice the converter's working size. */
 const maxDecodedSide = 3072;
 
+/** Minimum time between two messages of progress within a stage; a message takes a tenth of a millisecond. */
+const progressMilliseconds = 30;
+
 let converter;
 /** Memory of a converter with threads. @type {WebAssembly.Memory | undefined} */
 let shared;
@@ -65,11 +68,13 @@ async function warmUp(start) {
 }
 
 async function convert({ bytes, name, isExact = false, decoded, refusal }, id) {
-    job = { id, stages: {}, began: {} };
+    job = { id, stages: {}, began: {}, told: 0 };
     clock = (stage, fraction) => {
         const now = performance.now();
         if (fraction === 0) job.began[stage] = now;
         if (fraction === 1) job.stages[stage] = (job.stages[stage] ?? 0) + now - job.began[stage];
+        if (fraction > 0 && fraction < 1 && now - job.told < progressMilliseconds) return;
+        job.told = now;
         postMessage({ stage, fraction, id });
     };
     const text = new TextEncoder().encode(`${name}\0`);
