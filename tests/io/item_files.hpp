@@ -146,7 +146,7 @@ inline coded_picture coded_picture_of(const byte_string& file) {
     return result;
 }
 
-/// Returns HEIC files, each with a name: their pictures contain themselves, or too many or too large pictures to be decoded.
+/// Returns HEIC files, each with a name: their pictures lack data, contain themselves, or contain too many or too large pictures.
 inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const coded_picture& coded) {
     const std::size_t n = coded.data.size();
     const std::vector<byte_string> properties = {coded.configuration, size_box(64, 64)};
@@ -156,6 +156,12 @@ inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const
         return data;
     };
     std::vector<std::pair<std::string, byte_string>> files;
+    const auto file_with = [&](const std::vector<std::pair<std::size_t, std::size_t>>& extents) {
+        return item_file({{{1, coded.type, extents}}, properties, {{1, {1, 2}}}}, coded.data);
+    };
+    files.emplace_back("data_beyond_the_file", file_with({{n + 1000, 8}}));
+    files.emplace_back("data_without_length", file_with({{0, 0}}));
+    files.emplace_back("part_without_length", file_with({{0, n}, {n, 0}}));
     for (const std::string type : {"grid", "iovl", "iden"}) {
         const byte_string own = type == "grid" ? grid_data(1, 1, 64, 64) : type == "iovl" ? overlay_data(64, 64) : byte_string();
         const std::pair<std::size_t, std::size_t> place{n, own.size()};

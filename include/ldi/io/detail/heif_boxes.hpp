@@ -24,6 +24,7 @@ struct heif_item {
     buffer<std::size_t> properties;              ///< indices in heif_boxes::properties
     buffer<std::uint32_t> sources;               ///< items from which this picture is derived
     buffer<std::uint32_t> auxiliaries;           ///< auxiliary pictures of this picture: alpha, depth and others
+    bool has_open_end = false;                   ///< an extent states no length and extends to the end of the file
 };
 
 struct heif_property {
@@ -149,7 +150,7 @@ private:
             const std::uint32_t id = entry.next_32(of == 2 ? 2 : 4);
             entry.next(2);
             count(item_count_, 1, max_items, "items");
-            if (!items.emplace(id, heif_item{entry.text(4), {}, {}, {}, {}}).second) broken("an item listed twice");
+            if (!items.emplace(id, heif_item{.type = entry.text(4)}).second) broken("an item listed twice");
         });
     }
 
@@ -175,7 +176,9 @@ private:
             for (std::uint64_t more = list.next(2); more > 0; --more) {
                 count(extents, 1, max_entries, "extents");
                 const std::uint64_t offset = list.next(offset_size), length = list.next(length_size);
-                if (item != nullptr) item->extents.push_back(extent(method, base, offset, length));
+                if (item == nullptr) continue;
+                item->extents.push_back(extent(method, base, offset, length));
+                item->has_open_end = item->has_open_end || length == 0;
             }
         }
     }

@@ -136,7 +136,9 @@ private:
     }
 
     void read_coded(const heif_item& item, cost& c) const {
-        if (contiguous(item).empty()) broken("a picture without data");  // libheif's AV1 decoder would leak memory
+        // libheif 1.15 reads nothing from an extent without a length, and its AV1 decoder leaks memory if it receives no data.
+        if (item.has_open_end) broken("a picture whose data has no stated length");
+        if (contiguous(item).empty()) broken("a picture without data");
         coded_size size;
         for (const std::size_t index : item.properties) {
             const heif_property& p = boxes_.properties[index];
