@@ -13,7 +13,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../../.." && pwd)
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
-require "${needs_compiler[@]}" "${needs_training[@]}" >&2
+require "${needs_compiler[@]}" "${needs_training[@]}" "${needs_weight_files[@]}" >&2
 shared=${SHARED:-$root/../shared}
 results=$here built=$root/build/search rounds=5 generations=60 photos=2 quick=
 if [ "${1:-}" = --quick ]; then
