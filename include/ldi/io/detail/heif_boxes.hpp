@@ -150,7 +150,7 @@ private:
             const std::uint32_t id = entry.next_32(of == 2 ? 2 : 4);
             entry.next(2);
             count(item_count_, 1, max_items, "items");
-            if (!items.emplace(id, heif_item{.type = entry.text(4)}).second) broken("an item listed twice");
+            if (!items.emplace(id, heif_item{entry.text(4), {}, {}, {}, {}}).second) broken("an item listed twice");
         });
     }
 
