@@ -39,7 +39,7 @@ readonly needs_browser=("command chromium;chromium")
 readonly needs_web=("command em++;emscripten" "command node;nodejs" "command npm;npm" "header stb/stb_image.h;libstb-dev")
 readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command xvfb-run;xvfb" "command xauth;xauth"
     "command ffprobe;ffmpeg" "command heif-enc;libheif-examples")
-readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy"
+readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy" "module matplotlib;python3-matplotlib"
     "header nlohmann/json.hpp;nlohmann-json3-dev" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
     "module pybind11;python3-pybind11" "module numpy;python3-numpy" "module pip;python3-pip" "module venv;python3-venv"
