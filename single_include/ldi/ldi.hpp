@@ -16433,7 +16433,6 @@ public:
     }
 
     void set_origin(std::int32_t pixel, std::int32_t origin) { origin_[hidden_index(pixel)] = origin; }
-    void set_disparity(std::int32_t pixel, float disparity) { hidden_disparity_[hidden_index(pixel)] = disparity; }
 
     void link(std::int32_t a, side s, std::int32_t b) {
         set_neighbor(a, s, b);
@@ -16555,10 +16554,12 @@ private:
 // ---- ldi/occlusion/detail/expansion.hpp
 // The growth of hidden surfaces, iteration by iteration (occlusion/expand.hpp).
 
+#include <iterator>
+
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
-/// ends there. Its last pixel is so close behind the other surface that no camera sees a gap between the two.
+/// Grows the surfaces behind all curves together. A surface that meets a nearer one at similar depth, but cannot be linked to it,
+/// ends there. Its last pixels lie so close behind the nearer surface that no camera sees a gap between the two.
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -16569,7 +16570,8 @@ public:
           merges_curves_(merges_curves),
           reach_(disparity.size(), 0.0F) {
         pixels_per_disparity_ = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        last_pixels_ = (std::max)(1, static_cast<std::int32_t>(std::ceil(seal_gap * surface.max_step * pixels_per_disparity_)));
+        const float uncovered = mesh_pixels + last_gap * surface.max_step * pixels_per_disparity_;
+        last_pixels_ = static_cast<std::int32_t>(std::ceil(uncovered));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity_;
         const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity_);
         fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity_, margin,
@@ -16638,10 +16640,9 @@ public:
         front_.swap(created_);
     }
 
-    /// Closes the gaps at the ends of hidden surfaces, then merges all pixels; see hidden_pixels::merge().
+    /// Merges all pixels; see hidden_pixels::merge().
     grown_pixels merge() {
-        for (const seal& s : seals_) close(s);
-        reach_ = {}, fronts_ = {}, curve_of_ = {};
+        reach_ = {}, fronts_ = {}, is_last_ = {}, curve_of_ = {};
         return pixels_.merge();
     }
 
@@ -16668,20 +16669,15 @@ private:
         std::int32_t last_pixels;  // number of last pixels from `pixel` back along its growth; 0 if it is not a last pixel
     };
 
-    // The last pixel of a surface that ends at another hidden surface, and the nearer pixel of the other surface beside it.
-    struct seal {
-        std::int32_t pixel, nearer;
-    };
-
     // Grows a pixel one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
     void grow(const front_pixel& from, side s) {
         const auto [curve, pixel, last_pixels] = from;
         if (const std::int32_t neighbor = pixels_.neighbor(pixel, s); neighbor != no_pixel) {
-            if (last_pixels == 0) improve_origin(curve, neighbor, pixels_.origin(pixel));
+            if (last_pixels == 0) improve_origin(curve, pixel, neighbor);
             return;
         }
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
-        if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
+        if (!pixels_.inside(x, y) || crosses_constraint(curve, pixel, x, y)) return;
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
@@ -16702,42 +16698,48 @@ private:
         }
         if (origin == no_pixel) return;
 
-        if (ends_at_others(curve, pixel, s, position)) return;
-        const float average = sum / count, nearest = pixels_.disparity(position);
-        // If the photo's surface here is within the threshold but cannot be linked, as at a curve's free end, this is one of the
-        // last pixels of the hidden surface. It lies so close behind the photo's surface that the camera uncovers at most
-        // last_pixels_ pixels between them.
-        const bool is_last = average > nearest - min_gap * surface_.max_step;
+        std::int32_t nearer = no_pixel;
+        if (ends_at_others(curve, pixel, s, position, nearer)) return;
+        const float average = sum / count;
+        if (nearer == no_pixel && average > pixels_.disparity(position) - min_gap * surface_.max_step) nearer = position;
+        // If a nearer surface here is at similar depth but cannot be linked, as at a curve's free end, this is one of the last
+        // pixels of the hidden surface. It lies so close behind the nearer surface that the camera uncovers at most last_pixels_
+        // pixels between the two.
+        const bool is_last = nearer != no_pixel;
         if (last_pixels > 0 && (!is_last || last_pixels >= last_pixels_)) return;
-        const float created = is_last ? nearest - seal_gap * surface_.max_step : average;
-        if (lies_on_another(curve, position, created)) return;
+        const float in_front =
+            is_last ? (std::min)(pixels_.disparity(nearer), pixels_.disparity(position)) : std::numeric_limits<float>::infinity();
+        const float created = is_last ? in_front - last_gap * surface_.max_step : average;
+        if (lies_on_another(curve, position, created, in_front)) return;
         if (!may_link(created, source)) return;
         if (is_last && !fronts_.uncovers(x, y, created)) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         if (!merges_curves_) curve_of_.push_back(curve);
+        is_last_.push_back(is_last ? 1U : 0U);
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
         created_.push_back({curve, made, is_last ? last_pixels + 1 : 0});
     }
 
-    // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If `origin`
-    // leaves more room beyond a hidden pixel than the pixel's own origin, the pixel continues the surface at `origin` and grows
-    // again.
-    void improve_origin(std::size_t curve, std::int32_t pixel, std::int32_t origin) {
-        const std::int32_t before = pixels_.origin(pixel), x = pixels_.x(pixel), y = pixels_.y(pixel);
-        const float disparity = pixels_.disparity(pixel);
-        if (before == origin || before == pixel || crosses_constraint(curve, x, y)) return;
+    // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If the origin
+    // of `pixel` leaves more room beyond a hidden neighbor than the neighbor's own origin, the neighbor continues the surface at
+    // that origin and grows again.
+    void improve_origin(std::size_t curve, std::int32_t pixel, std::int32_t neighbor) {
+        const std::int32_t origin = pixels_.origin(pixel), before = pixels_.origin(neighbor);
+        const std::int32_t x = pixels_.x(neighbor), y = pixels_.y(neighbor);
+        const float disparity = pixels_.disparity(neighbor);
+        if (before == origin || before == neighbor || crosses_constraint(curve, pixel, x, y)) return;
         if (room_beyond(origin, x, y, disparity) < room_beyond(before, x, y, disparity) + min_gain) return;
-        pixels_.set_origin(pixel, origin);
-        const bool is_last = disparity > pixels_.disparity(pixels_.position(x, y)) - surface_.max_step;
-        if (!is_last) created_.push_back({curve, pixel, 0});
+        pixels_.set_origin(neighbor, origin);
+        if (is_last_[neighbor - reach_.count()] == 0) created_.push_back({curve, neighbor, 0});
     }
 
-    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
-    // surface already has a neighbor on that side, this surface ends there. Returns whether it ends, linked or not.
-    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
-        std::int32_t other = no_pixel, nearer = no_pixel;
+    // Joins hidden surfaces at similar depth. Links the surface of `pixel` to a surface at `position` that has no neighbor on
+    // that side yet. Returns whether growth ends, which it does if the two were linked, or if a surface there that cannot be
+    // linked is not nearer than this one. Sets `nearer` to the farthest of the nearer surfaces that cannot be linked.
+    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position, std::int32_t& nearer) {
+        std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
         bool ends = false;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
@@ -16746,35 +16748,22 @@ private:
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
             else if (there != position) {
-                ends = true;
-                if (step > 0.0F) nearer = there;
+                if (step <= 0.0F)
+                    ends = true;
+                else if (nearer == no_pixel || pixels_.disparity(there) < pixels_.disparity(nearer))
+                    nearer = there;
             }
         }
-        if (other != no_pixel)
-            pixels_.link(pixel, s, other);
-        else if (nearer != no_pixel && pixel >= reach_.count())
-            seals_.push_back({pixel, nearer});
+        if (other != no_pixel) pixels_.link(pixel, s, other);
         return ends || other != no_pixel;
     }
 
-    // Moves the last pixel of a surface close behind the nearer surface at which it ends, so that no camera sees a gap between
-    // them. The pixel stays behind all others that hide it, and linked to its neighbors.
-    void close(const seal& s) {
-        const float before = pixels_.disparity(s.pixel), gap = seal_gap * surface_.max_step;
-        const std::int32_t visible = pixels_.position(pixels_.x(s.pixel), pixels_.y(s.pixel));
-        float moved = (std::min)(pixels_.disparity(s.nearer) - gap, pixels_.disparity(visible) - min_gap * surface_.max_step);
-        for (std::int32_t there = pixels_.next_at_position(visible); there != no_pixel; there = pixels_.next_at_position(there))
-            if (pixels_.disparity(there) > before) moved = (std::min)(moved, pixels_.disparity(there) - gap);
-        for (const side t : all_sides)
-            if (const std::int32_t n = pixels_.neighbor(s.pixel, t); n != no_pixel)
-                moved = (std::min)(moved, pixels_.disparity(n) + max_link * surface_.max_step);
-        if (moved > before) pixels_.set_disparity(s.pixel, moved);
-    }
-
-    // Whether another hidden surface lies at this disparity, within the threshold: it then closes the gap.
-    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
+    // Whether a hidden surface farther than `in_front` lies at this disparity, within the threshold: it then closes the gap.
+    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity, float in_front) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
-            if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
+            if (pixels_.disparity(there) < in_front && surface_.same_surface(pixels_.disparity(there), disparity) &&
+                may_meet(curve, there))
+                return true;
         return false;
     }
     // Whether the surface behind a curve may join a pixel. It may join any pixel if curves merge, and otherwise only pixels of
@@ -16784,9 +16773,9 @@ private:
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // Steps in disparity, as multiples of the threshold. seal_gap lies between the last pixel of a hidden surface and the surface
-    // at which it ends.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, seal_gap = 0.3F;
+    // Steps in disparity, as multiples of the threshold. last_gap lies between the last pixels of a hidden surface and the nearer
+    // surface at which it ends.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, last_gap = 0.3F;
 
     // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y). The
     // camera uncovers more of a surface that recedes from `origin` to `disparity`, and less of one that approaches.
@@ -16833,19 +16822,26 @@ private:
         return reach;
     }
 
-    // Whether the center of (x, y) lies on the constraint at one of the curve's ends, a line so wide that a step of one pixel
-    // cannot cross it. The line leads from the curve's end behind the front surface. It is as long as the surface grows at that
-    // end: a surface that grows farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the
-    // curve, a value tuned by experiment.
-    bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
-        constexpr float thickness = 1.5F;
+    // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
+    // line from the curve's end behind the front surface. It is as long as the surface grows at that end: a surface that grows
+    // farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the curve, a value tuned by
+    // experiment. Steps from outside may cross it: they come from the other side of a narrow front, or have passed the line. So
+    // may a step that meets the same surface outside, as between the lines of two curves.
+    bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
             const growth_constraint& c = constraints[i];
             const float dx = nearest_float(x) + 0.5F - c.x, dy = nearest_float(y) + 0.5F - c.y;
-            const float outward = dx * c.outward_x + dy * c.outward_y;
             const float along = dx * c.perpendicular_x + dy * c.perpendicular_y;
-            if (outward > 0.0F && outward <= thickness && along > -2.0F && along < constraint_lengths_[curve][i]) return true;
+            if (dx * c.outward_x + dy * c.outward_y <= 0.0F || along <= -2.0F || along >= constraint_lengths_[curve][i]) continue;
+            const float from_x = nearest_float(pixels_.x(pixel)) + 0.5F - c.x;
+            const float from_y = nearest_float(pixels_.y(pixel)) + 0.5F - c.y;
+            if (from_x * c.outward_x + from_y * c.outward_y > 0.0F) continue;
+            const auto meets = [&](side s) {
+                return c.outward_x * nearest_float(step_x(s)) + c.outward_y * nearest_float(step_y(s)) > 0.0F &&
+                       free_neighbor(curve, x, y, s, pixels_.disparity(pixel)) >= reach_.count();
+            };
+            if (std::none_of(std::begin(all_sides), std::end(all_sides), meets)) return true;
         }
         return false;
     }
@@ -16861,7 +16857,7 @@ private:
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
     front_lookup fronts_;
-    buffer<seal> seals_;            // ends of surfaces, closed by merge()
+    buffer<std::uint8_t> is_last_;  // per hidden pixel: 1 if it is one of the last pixels of its surface
     buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
 };
 
@@ -16911,9 +16907,9 @@ struct expanded_layers {
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average over the
 /// pixels that it grew from, and farther than the photo's pixel at its position by more than surface_rule::max_step. All other
 /// columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about
-/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets another one at similar depth,
-/// but cannot be linked to it, ends there. Its last pixels are only 0.3 thresholds behind the other surface and reach as far as
-/// the camera uncovers this gap; their disparities may be slightly below 0.
+/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets a nearer one at similar depth,
+/// but cannot be linked to it, ends there. Its last pixels are 0.3 thresholds behind the nearer surface and reach two pixels
+/// farther than the camera uncovers this gap; their disparities may be slightly below 0.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.

@@ -1,7 +1,8 @@
-// Tests that 3D photos of ordinary photographs, with depth from the shipped network, have no holes. Slow.
+// Tests that 3D photos of ordinary photographs have no holes, with depth from the shipped network or from a depth map. Slow.
 #include <bench/quality/holes.hpp>
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
 
@@ -30,6 +31,20 @@ void require_no_holes(const std::vector<std::filesystem::path>& photographs) {
 }
 
 }  // namespace
+
+TEST_CASE("cameras within the supported motion see no hole in the sample with its depth map") {
+    const std::filesystem::path folder = LDI_SOURCE_DIR "/examples/photo3d";
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = false;
+    options.texture.strength = options.grain.strength = 0;
+    ldi::thread_pool threads;
+    const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").color,
+                                                ldi::given_disparity{ldi::load_depth_map(folder / "sample_depth.png")},
+                                                ldi::diffusion_inpainter(), options, threads);
+    const ldi_quality::hole_report report = ldi_quality::count_holes(made.mesh, made.facts, 1000, threads);
+    CAPTURE(report.views_with_holes, report.max_pixels);
+    CHECK(report.holes.empty());
+}
 
 TEST_CASE("cameras within the supported motion see no hole in photographs") {
     const std::vector<std::filesystem::path> all = ldi_quality::forty_photographs();

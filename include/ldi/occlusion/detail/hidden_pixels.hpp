@@ -64,7 +64,6 @@ public:
     }
 
     void set_origin(std::int32_t pixel, std::int32_t origin) { origin_[hidden_index(pixel)] = origin; }
-    void set_disparity(std::int32_t pixel, float disparity) { hidden_disparity_[hidden_index(pixel)] = disparity; }
 
     void link(std::int32_t a, side s, std::int32_t b) {
         set_neighbor(a, s, b);
