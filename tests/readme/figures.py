@@ -114,7 +114,6 @@ MEASUREMENTS = {
     "people and animals that are separate, our network": ((STUDENT, rf"At two sizes it is {N} %"), ("README.md", rf"\| {N} % of \d+ \|")),
     "time of the depth network": ((BENCH, rf"networks/tiefenrausch/disparity of a photo \| [^|]* \| {N} ms"), ("README.md", rf"depth network takes {N} ms of one core")),
     "time of the program": ((STAGES, rf"\| sample.jpg \|(?: [\d.]+ \|){{8}} {N} \|", "0.001"), ("README.md", rf"program takes {N} s of one core")),
-    "triangles of the sample": ((BENCH, rf"formats/encode_glb \| {N} triangles"), ("README.md", rf"GLB of the sample is \d+ kB with {N} triangles")),
     "lead of layers over screen space": (
         (QUALITY, rf"ldi over screen space \+{N} dB"), (QUALITY, rf"lead of \+{N} dB is the mean"),
         ("README.md", rf"Inpainting on layers is {N} dB better"), (PAPER, rf"layers lead screen space by {N} dB there")),
