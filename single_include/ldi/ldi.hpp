@@ -16304,80 +16304,6 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 
 }}  // namespace ldi
 
-// ---- ldi/occlusion/detail/front_lookup.hpp
-// Decides at which positions a camera can see hidden surfaces past the front of a curve (occlusion/detail/expansion.hpp).
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Front surface beside one back pixel of a curve.
-struct front_place {
-    std::int32_t x = 0, y = 0;  ///< position of the back pixel
-    float toward_x = 0.0F,
-          toward_y = 0.0F;   ///< mean direction from the back to the front along this part of the curve, of length 1
-    float disparity = 0.0F;  ///< of the nearest front pixel along this part
-};
-
-/// Fronts of all curves, ordered by square tiles of the photo, so that a search around a position only visits the fronts there.
-class front_lookup {
-public:
-    front_lookup() = default;
-    /// pixels_per_disparity  parallax in pixels of a disparity of 1
-    /// margin                distance in pixels by which surfaces grow beyond the parallax
-    /// range                 maximum number of rows and columns between a hidden pixel and the fronts that are considered
-    front_lookup(std::int32_t width, std::int32_t height, float pixels_per_disparity, float margin, std::int32_t range)
-        : columns_((width >> shift) + 1),
-          rows_((height >> shift) + 1),
-          pixels_per_disparity_(pixels_per_disparity),
-          margin_(margin),
-          range_(range),
-          start_(tile(0, rows_) + 1, 0) {}
-
-    /// Adds a front; sort() must follow after the last one.
-    void add(const front_place& f) { fronts_.push_back(f); }
-
-    /// Orders the fronts by tiles, in linear time.
-    void sort() {
-        for (const front_place& f : fronts_) ++start_[tile(f.x >> shift, f.y >> shift) + 1];
-        for (std::size_t t = 1; t < start_.size(); ++t) start_[t] += start_[t - 1];
-        buffer<std::int32_t> next(start_.begin(), start_.end() - 1);
-        buffer<front_place> sorted(fronts_.size(), unset);
-        for (const front_place& f : fronts_) sorted[next[tile(f.x >> shift, f.y >> shift)]++] = f;
-        fronts_.swap(sorted);
-    }
-
-    /// Whether a camera may see a hidden pixel at (x, y) past the front of a curve. It does not see pixels beneath the back
-    /// surface's side of the curve, because the front hides them from it.
-    bool uncovers(std::int32_t x, std::int32_t y, float disparity) const {
-        const std::int32_t left = (std::max)(x - range_, 0) >> shift, right = (std::min)((x + range_) >> shift, columns_ - 1);
-        const std::int32_t top = (std::max)(y - range_, 0) >> shift, bottom = (std::min)((y + range_) >> shift, rows_ - 1);
-        for (std::int32_t row = top; row <= bottom; ++row)
-            for (std::int32_t i = start_[tile(left, row)]; i < start_[tile(right, row) + 1]; ++i) {
-                const front_place& f = fronts_[i];
-                if (std::abs(x - f.x) > range_ || std::abs(y - f.y) > range_) continue;
-                const float dx = nearest_float(x - f.x), dy = nearest_float(y - f.y);
-                const float uncovered = (f.disparity - disparity) * pixels_per_disparity_ + margin_;
-                const bool is_near = uncovered >= 0.0F && dx * dx + dy * dy <= uncovered * uncovered;
-                if (is_near && dx * f.toward_x + dy * f.toward_y >= -1.0F) return true;
-            }
-        return false;
-    }
-
-private:
-    static constexpr int shift = 3;  // binary logarithm of a tile's side
-
-    std::size_t tile(std::int32_t column, std::int32_t row) const {
-        return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
-    }
-
-    std::int32_t columns_ = 0, rows_ = 0;
-    float pixels_per_disparity_ = 0.0F, margin_ = 0.0F;
-    std::int32_t range_ = 0;
-    buffer<std::int32_t> start_;  // per tile: index of its first front; one more at the end
-    buffer<front_place> fronts_;
-};
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
 // Pixels added behind a single layer while it grows. They are stored separately from the layer, so that growth costs only the
 // new pixels. At the end, one pass merges both into canonical order.
@@ -16558,8 +16484,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Grows the surfaces behind all curves together. A surface that meets a nearer one at similar depth, but cannot be linked to it,
-/// ends there. Its last pixels lie so close behind the nearer surface that no camera sees a gap between the two.
+/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
+/// ends there; the mesh closes the gap (mesh/detail/hems.hpp).
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -16570,12 +16496,7 @@ public:
           merges_curves_(merges_curves),
           reach_(disparity.size(), 0.0F) {
         pixels_per_disparity_ = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        const float uncovered = mesh_pixels + last_gap * surface.max_step * pixels_per_disparity_;
-        last_pixels_ = static_cast<std::int32_t>(std::ceil(uncovered));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity_;
-        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity_);
-        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity_, margin,
-                               (std::max)(min_front_range, static_cast<std::int32_t>(range)));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity_ + margin);
         };
@@ -16583,19 +16504,12 @@ public:
             const std::int32_t last = curve.sides.count() - 1;
             for (std::int32_t i = 0; i <= last; ++i) {
                 const std::int32_t back = curve.sides[i].back;
-                front_place f{pixels_.x(back), pixels_.y(back), 0.0F, 0.0F, disparity[curve.sides[i].front]};
                 for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k) {
                     const discontinuity& d = curve.sides[k];
                     raise_reach(back, disparity[d.front] - disparity[d.back]);
-                    f.toward_x += nearest_float(step_x(d.toward_front)), f.toward_y += nearest_float(step_y(d.toward_front));
-                    f.disparity = (std::max)(f.disparity, disparity[d.front]);
                 }
-                const float length = (std::max)(vector_length(f.toward_x, f.toward_y), 1e-3F);
-                f.toward_x /= length, f.toward_y /= length;
-                fronts_.add(f);
             }
         }
-        fronts_.sort();
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
                 // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
@@ -16632,7 +16546,7 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow({c, d.back, 0}, d.toward_front);
+                for (const discontinuity& d : curves_[c].sides) grow({c, d.back}, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
                 for (side s : all_sides) grow(f, s);
@@ -16642,7 +16556,7 @@ public:
 
     /// Merges all pixels; see hidden_pixels::merge().
     grown_pixels merge() {
-        reach_ = {}, fronts_ = {}, is_last_ = {}, curve_of_ = {};
+        reach_ = {}, curve_of_ = {};
         return pixels_.merge();
     }
 
@@ -16657,23 +16571,19 @@ private:
     // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
-    // Minimum distance in pixels up to which fronts around a hidden pixel are considered (front_lookup).
-    static constexpr std::int32_t min_front_range = 12;
-
     // Minimum additional room in pixels for which a pixel's origin changes.
     static constexpr float min_gain = 0.5F;
 
     struct front_pixel {
         std::size_t curve;
         std::int32_t pixel;
-        std::int32_t last_pixels;  // number of last pixels from `pixel` back along its growth; 0 if it is not a last pixel
     };
 
     // Grows a pixel one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
     void grow(const front_pixel& from, side s) {
-        const auto [curve, pixel, last_pixels] = from;
+        const auto [curve, pixel] = from;
         if (const std::int32_t neighbor = pixels_.neighbor(pixel, s); neighbor != no_pixel) {
-            if (last_pixels == 0) improve_origin(curve, pixel, neighbor);
+            improve_origin(curve, pixel, neighbor);
             return;
         }
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -16698,28 +16608,16 @@ private:
         }
         if (origin == no_pixel) return;
 
-        std::int32_t nearer = no_pixel;
-        if (ends_at_others(curve, pixel, s, position, nearer)) return;
+        if (ends_at_others(curve, pixel, s, position)) return;
         const float average = sum / count;
-        if (nearer == no_pixel && average > pixels_.disparity(position) - min_gap * surface_.max_step) nearer = position;
-        // If a nearer surface here is at similar depth but cannot be linked, as at a curve's free end, this is one of the last
-        // pixels of the hidden surface. It lies so close behind the nearer surface that the camera uncovers at most last_pixels_
-        // pixels between the two.
-        const bool is_last = nearer != no_pixel;
-        if (last_pixels > 0 && (!is_last || last_pixels >= last_pixels_)) return;
-        const float in_front =
-            is_last ? (std::min)(pixels_.disparity(nearer), pixels_.disparity(position)) : std::numeric_limits<float>::infinity();
-        const float created = is_last ? in_front - last_gap * surface_.max_step : average;
-        if (lies_on_another(curve, position, created, in_front)) return;
-        if (!may_link(created, source)) return;
-        if (is_last && !fronts_.uncovers(x, y, created)) return;
-        const std::int32_t made = pixels_.add(position, created, origin);
+        if (average > pixels_.disparity(position) - min_gap * surface_.max_step) return;
+        if (lies_on_another(curve, position, average) || !may_link(average, source)) return;
+        const std::int32_t made = pixels_.add(position, average, origin);
         if (!merges_curves_) curve_of_.push_back(curve);
-        is_last_.push_back(is_last ? 1U : 0U);
         for (int i = 0; i < 4; ++i)
-            if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
+            if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), average))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        created_.push_back({curve, made, is_last ? last_pixels + 1 : 0});
+        created_.push_back({curve, made});
     }
 
     // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If the origin
@@ -16732,13 +16630,12 @@ private:
         if (before == origin || before == neighbor || crosses_constraint(curve, pixel, x, y)) return;
         if (room_beyond(origin, x, y, disparity) < room_beyond(before, x, y, disparity) + min_gain) return;
         pixels_.set_origin(neighbor, origin);
-        if (is_last_[neighbor - reach_.count()] == 0) created_.push_back({curve, neighbor, 0});
+        created_.push_back({curve, neighbor});
     }
 
     // Joins hidden surfaces at similar depth. Links the surface of `pixel` to a surface at `position` that has no neighbor on
-    // that side yet. Returns whether growth ends, which it does if the two were linked, or if a surface there that cannot be
-    // linked is not nearer than this one. Sets `nearer` to the farthest of the nearer surfaces that cannot be linked.
-    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position, std::int32_t& nearer) {
+    // that side yet. Returns whether growth ends: at a surface at similar depth, whether the two were linked or not.
+    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
         bool ends = false;
@@ -16747,23 +16644,17 @@ private:
             if (std::abs(step) > (there == position ? surface_.max_step : nearest) || !may_meet(curve, there)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
-            else if (there != position) {
-                if (step <= 0.0F)
-                    ends = true;
-                else if (nearer == no_pixel || pixels_.disparity(there) < pixels_.disparity(nearer))
-                    nearer = there;
-            }
+            else if (there != position)
+                ends = true;
         }
         if (other != no_pixel) pixels_.link(pixel, s, other);
         return ends || other != no_pixel;
     }
 
-    // Whether a hidden surface farther than `in_front` lies at this disparity, within the threshold: it then closes the gap.
-    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity, float in_front) const {
+    // Whether a hidden surface lies at this disparity, within the threshold.
+    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
-            if (pixels_.disparity(there) < in_front && surface_.same_surface(pixels_.disparity(there), disparity) &&
-                may_meet(curve, there))
-                return true;
+            if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
         return false;
     }
     // Whether the surface behind a curve may join a pixel. It may join any pixel if curves merge, and otherwise only pixels of
@@ -16773,9 +16664,8 @@ private:
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // Steps in disparity, as multiples of the threshold. last_gap lies between the last pixels of a hidden surface and the nearer
-    // surface at which it ends.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, last_gap = 0.3F;
+    // Steps in disparity, as multiples of the threshold.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap;
 
     // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y). The
     // camera uncovers more of a surface that recedes from `origin` to `disparity`, and less of one that approaches.
@@ -16851,13 +16741,10 @@ private:
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
     float pixels_per_disparity_ = 0.0F;    // parallax in pixels of a disparity of 1
-    std::int32_t last_pixels_ = 0;         // maximum number of last pixels in a row
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    front_lookup fronts_;
-    buffer<std::uint8_t> is_last_;  // per hidden pixel: 1 if it is one of the last pixels of its surface
     buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
 };
 
@@ -16907,9 +16794,9 @@ struct expanded_layers {
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average over the
 /// pixels that it grew from, and farther than the photo's pixel at its position by more than surface_rule::max_step. All other
 /// columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about
-/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets a nearer one at similar depth,
-/// but cannot be linked to it, ends there. Its last pixels are 0.3 thresholds behind the nearer surface and reach two pixels
-/// farther than the camera uncovers this gap; their disparities may be slightly below 0.
+/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets another one at similar depth,
+/// but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of two pixels at one position differ by
+/// more than surface_rule::max_step.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
@@ -22565,6 +22452,200 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 
 }}  // namespace ldi
 
+// ---- ldi/mesh/detail/hems.hpp
+// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. Hidden surfaces that meet at similar
+// depth, but cannot be linked, end there (occlusion/detail/expansion.hpp), as do those that meet the photo's surface at the free
+// end of a silhouette. The two outlines are simplified apart and lie at different depths, so a camera that moves would see a gap.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// The outer end of a hem at a corner of an outline: an offset in pixels, and the disparity there.
+struct hem {
+    float x = 0, y = 0;
+    float disparity = 0;
+
+    bool is_empty() const { return x == 0 && y == 0; }
+};
+
+/// Finds the hems of a mesh.
+class hem_finder {
+public:
+    /// disparity  K values, one per pixel of `g`
+    /// visible    H x W x 1: the largest disparity at each position; negative infinity where there is no surface
+    hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
+               const photo_facts& facts)
+        : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
+        parallax_ = facts.motion * nearest_float((std::max)(facts.camera.width, facts.camera.height));
+        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
+    }
+
+    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all are if facts.motion is 0.
+    buffer<hem> find() {
+        buffer<hem> result(flat_.open_corners.size());
+        if (!(parallax_ > 0)) return result;
+        for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) find_ends(p);
+        if (ends_.empty()) return result;
+        collect_hidden();
+        for (const end& e : ends_) result[e.corner] = hem_of(e);
+        join(result);
+        return result;
+    }
+
+private:
+    /// Margin in pixels for the outlines of both surfaces, each of which may be off by a pixel (mesh/simplify.hpp).
+    static constexpr float mesh_pixels = 2.0F;
+    /// Maximum distance of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees past a hem if
+    /// the parallax of this distance exceeds the hem's width, so narrow hems are closer.
+    static constexpr float gap = 0.2F;
+    /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
+    static constexpr float max_width = 4.0F;
+    /// Maximum distance in disparity between surfaces at similar depth, as in expand().
+    static constexpr float max_link = 2.001F;
+    /// Distances from an edge at which is_hidden() looks.
+    static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
+    static constexpr float nothing = -std::numeric_limits<float>::infinity();
+
+    struct vector {
+        float x = 0, y = 0;
+    };
+    struct end {
+        std::int32_t corner;  // index in flat_mesh::open_corners
+        float disparity;
+        vector from, outward;  // start, and direction of length 1
+    };
+    struct hidden_pixel {
+        std::int64_t position;
+        float disparity;
+        bool operator<(const hidden_pixel& other) const { return position < other.position; }
+    };
+
+    const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
+
+    /// Returns the lattice position at a distance along the outward direction; -1 outside the lattice.
+    std::int64_t position_at(const end& e, float distance) const {
+        const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
+        const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
+        const bool inside = x >= 0 && y >= 0 && x < graph_.width() && y < graph_.height();
+        return inside ? std::int64_t{y} * graph_.width() + x : -1;
+    }
+
+    /// Returns the direction from one corner to the next.
+    vector direction(std::int32_t i) const {
+        const float dx = nearest_float(corner(i + 1).x - corner(i).x), dy = nearest_float(corner(i + 1).y - corner(i).y);
+        const float length = vector_length(dx, dy);
+        return length > 0 ? vector{dx / length, dy / length} : vector{};
+    }
+
+    /// Appends the corners of a piece at which a hidden surface ends.
+    void find_ends(std::int32_t piece) {
+        const std::int32_t first = flat_.first_open_corner[piece], last = flat_.first_open_corner[piece + 1] - 1;
+        if (last <= first) return;
+        const bool is_closed = flat_.open_corners[first] == flat_.open_corners[last];
+        for (std::int32_t i = first; i <= last; ++i) {
+            const vector after = direction(i < last ? i : is_closed ? first : last - 1);
+            const vector before = direction(i > first ? i - 1 : is_closed ? last - 1 : first);
+            vector along{before.x + after.x, before.y + after.y};
+            if (vector_length(along.x, along.y) < 0.5F) along = before;  // a spike: its edges run in almost opposite directions
+            const float length = vector_length(along.x, along.y);
+            if (!(length > 0)) continue;
+            // Several surfaces may share the ends of an open piece; half a pixel along the edge, there is only one.
+            const float step = is_closed || (i > first && i < last) ? 0.0F : i == first ? 0.5F : -0.5F;
+            const vector from{nearest_float(corner(i).x) + step * along.x / length,
+                              nearest_float(corner(i).y) + step * along.y / length};
+            const float disparity = corner(step > 0 ? first + 1 : step < 0 ? last - 1 : i).disparity;
+            const end e{i, disparity, from, {along.y / length, -along.x / length}};  // the chart lies to the right
+            if (is_hidden(e)) ends_.push_back(e);
+        }
+    }
+
+    /// Whether a nearer surface is visible there. Simplified outlines may be off by a pixel, so both sides of the edge count.
+    bool is_hidden(const end& e) const {
+        return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
+            const std::int64_t position = position_at(e, distance);
+            return position >= 0 && visible_.data()[position] > e.disparity + 0.5F * max_step_;
+        });
+    }
+
+    /// Collects the hidden pixels that lie where hems may lie.
+    void collect_hidden() {
+        buffer<std::uint8_t> is_near(graph_.position_count(), 0);
+        for (const end& e : ends_)
+            for (float t = 0.5F; t < width_; t += 1.0F)
+                if (const std::int64_t position = position_at(e, t); position >= 0) is_near[position] = 1;
+        for (std::int32_t i = 0; i < graph_.count(); ++i) {
+            const std::size_t position = graph_.position_of(i);
+            if (is_near[position] != 0 && disparity_[i] < visible_.data()[position])
+                hidden_.push_back({static_cast<std::int64_t>(position), disparity_[i]});
+        }
+        std::sort(hidden_.begin(), hidden_.end());
+    }
+
+    /// Returns the disparity of the farthest surface at a position, among those at similar depth that are nearer than `disparity`
+    /// or at most `gap` behind it; negative infinity if there is none.
+    float nearer_surface(std::int64_t position, float disparity) const {
+        if (position < 0) return nothing;
+        float farthest = nothing;
+        const auto consider = [&](float there) {
+            const float step = there - disparity;
+            if (step > -gap * max_step_ && step <= max_link * max_step_ && (farthest == nothing || there < farthest))
+                farthest = there;
+        };
+        consider(visible_.data()[position]);
+        const auto first = std::lower_bound(hidden_.begin(), hidden_.end(), hidden_pixel{position, 0});
+        for (auto h = first; h != hidden_.end() && h->position == position; ++h) consider(h->disparity);
+        return farthest;
+    }
+
+    /// Extends a corner outward as far as nearer surfaces at similar depth extend, at most by the width of a hem, and behind the
+    /// surface there.
+    hem hem_of(const end& e) const {
+        hem result;
+        float reach = 0;
+        for (float t = 0.5F; t < width_; t += 1.0F) {
+            const float there = nearer_surface(position_at(e, t), e.disparity);
+            if (there == nothing && t > 1.0F) break;  // the outline may be off by a pixel
+            if (there == nothing) continue;
+            result.disparity = reach > 0 ? (std::min)(result.disparity, there) : there, reach = t + 0.5F;
+        }
+        const float behind = (std::min)(gap * max_step_, (std::max)(reach - mesh_pixels, 0.5F) / (std::max)(parallax_, 1.0F));
+        result.x = reach * e.outward.x, result.y = reach * e.outward.y, result.disparity -= behind;
+        return result;
+    }
+
+    /// Gives the hems of all pieces that end at one corner the same outer end, so that no gap is left between them.
+    void join(buffer<hem>& hems) const {
+        struct sum {
+            hem total;
+            float count = 0;
+        };
+        buffer<sum> sums(flat_.outlines.corners.size());
+        for (const end& e : ends_) {
+            const hem& h = hems[e.corner];
+            if (h.is_empty()) continue;
+            auto& [total, count] = sums[flat_.open_corners[e.corner]];
+            total = {total.x + h.x, total.y + h.y, total.disparity + h.disparity}, count += 1.0F;
+        }
+        for (const end& e : ends_) {
+            const auto& [total, count] = sums[flat_.open_corners[e.corner]];
+            const bool is_opposite = vector_length(total.x, total.y) < count;  // less than a pixel
+            if (!hems[e.corner].is_empty() && !is_opposite)
+                hems[e.corner] = {total.x / count, total.y / count, total.disparity / count};
+        }
+    }
+
+    const flat_mesh& flat_;
+    graph_view graph_;
+    array_view<const float> disparity_;
+    const image<float>& visible_;
+    float max_step_;
+    float parallax_ = 0;  // in pixels, of a disparity of 1
+    float width_ = 0;     // of a hem, in pixels
+    buffer<end> ends_;
+    buffer<hidden_pixel> hidden_;  // those where hems may lie, by position
+};
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/mesh/textured_mesh.hpp
 // The mesh of a 3D photo, with one or several textures.
 
@@ -22877,6 +22958,8 @@ public:
     pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
         : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 
+    std::int32_t shown_chart() const { return chart_; }
+
     /// Selects the chart to search.
     void show(const chart& c) {
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = pixel;
@@ -22919,13 +23002,21 @@ inline void check_facts(const photo_facts& facts) {
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
+    /// hems  one per entry of flat_mesh::open_corners
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
+          hems_(std::move(hems)),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
-          first_coordinate_(flat.outlines.corners.size(), -1) {
+          first_coordinate_(flat.outlines.corners.size(), -1),
+          vertex_of_(flat.outlines.corners.size(), 0) {
+        for (std::int32_t p = 0; p < flat.outlines.pieces.count(); ++p) {
+            const auto first = hems_.begin() + flat.first_open_corner[p], last = hems_.begin() + flat.first_open_corner[p + 1];
+            if (!std::all_of(first, last, [](const hem& h) { return h.is_empty(); })) hemmed_pieces_.push_back(p);
+        }
+        stable_sort(hemmed_pieces_, [&](std::int32_t a, std::int32_t b) { return chart_of(a) < chart_of(b); });
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -22939,12 +23030,13 @@ public:
         finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
-        const auto add_rest = [&](const outline_corner& corner) {
-            mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
-            mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
+        const auto add_rest = [&](const outline_corner& corner, const hem& beyond = {}) {
+            mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas_x) + beyond.x) * u_scale_);
+            mesh_.texture_coordinates.push_back((nearest_float(corner.y + to_atlas_y) + beyond.y) * v_scale_);
             mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
         };
         for (std::int32_t id : source.outline) {
+            vertex_of_[id] = static_cast<std::uint32_t>(mesh_.vertex_count());
             add_outline_position(id);
             add_rest(flat_.outlines.corners[id]);
         }
@@ -22954,6 +23046,28 @@ public:
             add_rest(corner);
         }
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
+
+        const auto add_hem = [&](std::int32_t i) {
+            const std::int32_t id = flat_.open_corners[i];
+            if (hems_[i].is_empty()) return vertex_of_[id];
+            const outline_corner& corner = flat_.outlines.corners[id];
+            const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+            add_position(corner, hems_[i]);
+            add_rest(corner, hems_[i]);
+            return vertex;
+        };
+        const std::int32_t c = finder.shown_chart();
+        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of(hemmed_pieces_[next_hemmed_]) == c; ++next_hemmed_) {
+            const std::int32_t p = hemmed_pieces_[next_hemmed_];
+            std::uint32_t outer_a = add_hem(flat_.first_open_corner[p]);
+            for (std::int32_t i = flat_.first_open_corner[p] + 1; i < flat_.first_open_corner[p + 1]; ++i) {
+                const std::uint32_t a = vertex_of_[flat_.open_corners[i - 1]], b = vertex_of_[flat_.open_corners[i]];
+                const std::uint32_t outer_b = add_hem(i);
+                if (outer_b != b) mesh_.triangles.insert(mesh_.triangles.end(), {a, b, outer_b});
+                if (outer_a != a) mesh_.triangles.insert(mesh_.triangles.end(), {a, outer_b, outer_a});
+                outer_a = outer_b;
+            }
+        }
     }
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
@@ -22978,12 +23092,15 @@ public:
     textured_mesh finish() { return std::move(mesh_); }
 
 private:
-    void add_position(const outline_corner& corner) {
-        // expand() continues hidden surfaces beneath the farthest surface. This lower limit bounds their distance behind it.
+    std::int32_t chart_of(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
+
+    void add_position(const outline_corner& corner, const hem& beyond = {}) {
+        const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
+        // Hems may lie behind the farthest surface. This lower limit bounds their distance behind it.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
-        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), min_inverse_depth);
+        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
-            camera_.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
+            camera_.unproject(nearest_float(corner.x) + beyond.x, nearest_float(corner.y) + beyond.y, 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -23002,24 +23119,30 @@ private:
     const photo_facts& facts_;
     pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
+    buffer<hem> hems_;  ///< per entry of flat_mesh::open_corners
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
+    buffer<std::uint32_t> vertex_of_;        ///< per corner of the current chart: its vertex
+    buffer<std::int32_t> hemmed_pieces_;     ///< pieces with a hem, by chart
+    std::int32_t next_hemmed_ = 0;           ///< the next one in hemmed_pieces_
     textured_mesh mesh_;
 };
 
-/// Collects the disparity and the matte of the nearest surface at each position.
-template <has_columns<disparity_column, matte_column> Layers>
+/// Collects the disparity and, if there is a column, the matte of the nearest surface at each position.
+template <has_columns<disparity_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
+    constexpr bool has_matte = has_column<Layers, matte_column>;
     const auto& g = layers.topology();
     const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
-    visible_surfaces seen{image<float>(rows, columns, 1), image<std::uint8_t>(rows, columns, 1)};
+    visible_surfaces seen{image<float>(rows, columns, 1),
+                          has_matte ? image<std::uint8_t>(rows, columns, 1) : image<std::uint8_t>()};
     std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
     const auto disparity = layers.template column<disparity_column>();
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::size_t position = g.position_of(i);
         if (disparity[i] <= seen.disparity.data()[position]) continue;
         seen.disparity.data()[position] = disparity[i];
-        seen.matte.data()[position] = layers.template column<matte_column>()[i];
+        if constexpr (has_matte) seen.matte.data()[position] = layers.template column<matte_column>()[i];
     }
     return seen;
 }
@@ -23029,8 +23152,10 @@ visible_surfaces find_visible(const Layers& layers) {
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
-///         its inverse depth. Edges along silhouettes are soft if there is a matte column
-/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far) and surface rule are used
+///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
+///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface, so that no camera sees a
+///         gap
+/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
@@ -23065,14 +23190,16 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(facts, flat, atlas);
+    const detail::visible_surfaces seen = detail::find_visible(layers);
+    const auto disparity = layers.template column<disparity_column>();
+    detail::mesh_assembler assembler(facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts).find(), atlas);
     {
-        detail::pixel_finder finder(g, layers.template column<disparity_column>(), charts.chart_of);
+        detail::pixel_finder finder(g, disparity, charts.chart_of);
         for (std::size_t c = 0; c < flat.charts.size(); ++c)
             assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
     }
     if constexpr (has_column<Layers, matte_column>)
-        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
+        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, seen, soft);
     return assembler.finish();
 }
 

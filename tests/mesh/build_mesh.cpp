@@ -41,7 +41,9 @@ ldi::texture_atlas atlas_of(const ldi::buffer<ldi::chart_placement>& placements)
 
 ldi::textured_mesh mesh_of(const charted_graph& c, const ldi::buffer<ldi::chart_placement>& placements,
                            const ldi::mesh_options& options) {
-    return ldi::build_mesh(layers_of(c), {camera_of(c), range, {}}, c.charts, atlas_of(placements), options);
+    ldi::photo_facts facts{camera_of(c), range, {}};
+    facts.motion = 0;  // without hems
+    return ldi::build_mesh(layers_of(c), facts, c.charts, atlas_of(placements), options);
 }
 
 ldi::mesh_options small_options() {

@@ -7,11 +7,13 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/base/stable_sort.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/mesh/detail/hems.hpp>
 #include <ldi/mesh/detail/soft_edges.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
@@ -35,6 +37,8 @@ public:
     /// chart_of  chart of each pixel (chart_set::chart_of)
     pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
         : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
+
+    std::int32_t shown_chart() const { return chart_; }
 
     /// Selects the chart to search.
     void show(const chart& c) {
@@ -78,13 +82,21 @@ inline void check_facts(const photo_facts& facts) {
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
+    /// hems  one per entry of flat_mesh::open_corners
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
+          hems_(std::move(hems)),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
-          first_coordinate_(flat.outlines.corners.size(), -1) {
+          first_coordinate_(flat.outlines.corners.size(), -1),
+          vertex_of_(flat.outlines.corners.size(), 0) {
+        for (std::int32_t p = 0; p < flat.outlines.pieces.count(); ++p) {
+            const auto first = hems_.begin() + flat.first_open_corner[p], last = hems_.begin() + flat.first_open_corner[p + 1];
+            if (!std::all_of(first, last, [](const hem& h) { return h.is_empty(); })) hemmed_pieces_.push_back(p);
+        }
+        stable_sort(hemmed_pieces_, [&](std::int32_t a, std::int32_t b) { return chart_of(a) < chart_of(b); });
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -98,12 +110,13 @@ public:
         finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
-        const auto add_rest = [&](const outline_corner& corner) {
-            mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
-            mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
+        const auto add_rest = [&](const outline_corner& corner, const hem& beyond = {}) {
+            mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas_x) + beyond.x) * u_scale_);
+            mesh_.texture_coordinates.push_back((nearest_float(corner.y + to_atlas_y) + beyond.y) * v_scale_);
             mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
         };
         for (std::int32_t id : source.outline) {
+            vertex_of_[id] = static_cast<std::uint32_t>(mesh_.vertex_count());
             add_outline_position(id);
             add_rest(flat_.outlines.corners[id]);
         }
@@ -113,6 +126,28 @@ public:
             add_rest(corner);
         }
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
+
+        const auto add_hem = [&](std::int32_t i) {
+            const std::int32_t id = flat_.open_corners[i];
+            if (hems_[i].is_empty()) return vertex_of_[id];
+            const outline_corner& corner = flat_.outlines.corners[id];
+            const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+            add_position(corner, hems_[i]);
+            add_rest(corner, hems_[i]);
+            return vertex;
+        };
+        const std::int32_t c = finder.shown_chart();
+        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of(hemmed_pieces_[next_hemmed_]) == c; ++next_hemmed_) {
+            const std::int32_t p = hemmed_pieces_[next_hemmed_];
+            std::uint32_t outer_a = add_hem(flat_.first_open_corner[p]);
+            for (std::int32_t i = flat_.first_open_corner[p] + 1; i < flat_.first_open_corner[p + 1]; ++i) {
+                const std::uint32_t a = vertex_of_[flat_.open_corners[i - 1]], b = vertex_of_[flat_.open_corners[i]];
+                const std::uint32_t outer_b = add_hem(i);
+                if (outer_b != b) mesh_.triangles.insert(mesh_.triangles.end(), {a, b, outer_b});
+                if (outer_a != a) mesh_.triangles.insert(mesh_.triangles.end(), {a, outer_b, outer_a});
+                outer_a = outer_b;
+            }
+        }
     }
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
@@ -137,12 +172,15 @@ public:
     textured_mesh finish() { return std::move(mesh_); }
 
 private:
-    void add_position(const outline_corner& corner) {
-        // expand() continues hidden surfaces beneath the farthest surface. This lower limit bounds their distance behind it.
+    std::int32_t chart_of(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
+
+    void add_position(const outline_corner& corner, const hem& beyond = {}) {
+        const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
+        // Hems may lie behind the farthest surface. This lower limit bounds their distance behind it.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
-        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), min_inverse_depth);
+        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
-            camera_.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
+            camera_.unproject(nearest_float(corner.x) + beyond.x, nearest_float(corner.y) + beyond.y, 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -161,24 +199,30 @@ private:
     const photo_facts& facts_;
     pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
+    buffer<hem> hems_;  ///< per entry of flat_mesh::open_corners
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
+    buffer<std::uint32_t> vertex_of_;        ///< per corner of the current chart: its vertex
+    buffer<std::int32_t> hemmed_pieces_;     ///< pieces with a hem, by chart
+    std::int32_t next_hemmed_ = 0;           ///< the next one in hemmed_pieces_
     textured_mesh mesh_;
 };
 
-/// Collects the disparity and the matte of the nearest surface at each position.
-template <has_columns<disparity_column, matte_column> Layers>
+/// Collects the disparity and, if there is a column, the matte of the nearest surface at each position.
+template <has_columns<disparity_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
+    constexpr bool has_matte = has_column<Layers, matte_column>;
     const auto& g = layers.topology();
     const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
-    visible_surfaces seen{image<float>(rows, columns, 1), image<std::uint8_t>(rows, columns, 1)};
+    visible_surfaces seen{image<float>(rows, columns, 1),
+                          has_matte ? image<std::uint8_t>(rows, columns, 1) : image<std::uint8_t>()};
     std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
     const auto disparity = layers.template column<disparity_column>();
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::size_t position = g.position_of(i);
         if (disparity[i] <= seen.disparity.data()[position]) continue;
         seen.disparity.data()[position] = disparity[i];
-        seen.matte.data()[position] = layers.template column<matte_column>()[i];
+        if constexpr (has_matte) seen.matte.data()[position] = layers.template column<matte_column>()[i];
     }
     return seen;
 }
@@ -188,8 +232,10 @@ visible_surfaces find_visible(const Layers& layers) {
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
-///         its inverse depth. Edges along silhouettes are soft if there is a matte column
-/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far) and surface rule are used
+///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
+///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface, so that no camera sees a
+///         gap
+/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
@@ -224,14 +270,16 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(facts, flat, atlas);
+    const detail::visible_surfaces seen = detail::find_visible(layers);
+    const auto disparity = layers.template column<disparity_column>();
+    detail::mesh_assembler assembler(facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts).find(), atlas);
     {
-        detail::pixel_finder finder(g, layers.template column<disparity_column>(), charts.chart_of);
+        detail::pixel_finder finder(g, disparity, charts.chart_of);
         for (std::size_t c = 0; c < flat.charts.size(); ++c)
             assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
     }
     if constexpr (has_column<Layers, matte_column>)
-        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
+        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, seen, soft);
     return assembler.finish();
 }
 

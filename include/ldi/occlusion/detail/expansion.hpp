@@ -7,7 +7,6 @@
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/surface.hpp>
-#include <ldi/occlusion/detail/front_lookup.hpp>
 #include <ldi/occlusion/detail/hidden_pixels.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 
@@ -22,8 +21,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Grows the surfaces behind all curves together. A surface that meets a nearer one at similar depth, but cannot be linked to it,
-/// ends there. Its last pixels lie so close behind the nearer surface that no camera sees a gap between the two.
+/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
+/// ends there; the mesh closes the gap (mesh/detail/hems.hpp).
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -34,12 +33,7 @@ public:
           merges_curves_(merges_curves),
           reach_(disparity.size(), 0.0F) {
         pixels_per_disparity_ = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        const float uncovered = mesh_pixels + last_gap * surface.max_step * pixels_per_disparity_;
-        last_pixels_ = static_cast<std::int32_t>(std::ceil(uncovered));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity_;
-        const float range = std::ceil(margin + 2.0F * surface.max_step * pixels_per_disparity_);
-        fronts_ = front_lookup(pixels_.width(), pixels_.height(), pixels_per_disparity_, margin,
-                               (std::max)(min_front_range, static_cast<std::int32_t>(range)));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity_ + margin);
         };
@@ -47,19 +41,12 @@ public:
             const std::int32_t last = curve.sides.count() - 1;
             for (std::int32_t i = 0; i <= last; ++i) {
                 const std::int32_t back = curve.sides[i].back;
-                front_place f{pixels_.x(back), pixels_.y(back), 0.0F, 0.0F, disparity[curve.sides[i].front]};
                 for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k) {
                     const discontinuity& d = curve.sides[k];
                     raise_reach(back, disparity[d.front] - disparity[d.back]);
-                    f.toward_x += nearest_float(step_x(d.toward_front)), f.toward_y += nearest_float(step_y(d.toward_front));
-                    f.disparity = (std::max)(f.disparity, disparity[d.front]);
                 }
-                const float length = (std::max)(vector_length(f.toward_x, f.toward_y), 1e-3F);
-                f.toward_x /= length, f.toward_y /= length;
-                fronts_.add(f);
             }
         }
-        fronts_.sort();
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
                 // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
@@ -96,7 +83,7 @@ public:
         created_.clear();
         if (iteration == 0) {
             for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow({c, d.back, 0}, d.toward_front);
+                for (const discontinuity& d : curves_[c].sides) grow({c, d.back}, d.toward_front);
         } else {
             for (const front_pixel& f : front_)
                 for (side s : all_sides) grow(f, s);
@@ -106,7 +93,7 @@ public:
 
     /// Merges all pixels; see hidden_pixels::merge().
     grown_pixels merge() {
-        reach_ = {}, fronts_ = {}, is_last_ = {}, curve_of_ = {};
+        reach_ = {}, curve_of_ = {};
         return pixels_.merge();
     }
 
@@ -121,23 +108,19 @@ private:
     // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
-    // Minimum distance in pixels up to which fronts around a hidden pixel are considered (front_lookup).
-    static constexpr std::int32_t min_front_range = 12;
-
     // Minimum additional room in pixels for which a pixel's origin changes.
     static constexpr float min_gain = 0.5F;
 
     struct front_pixel {
         std::size_t curve;
         std::int32_t pixel;
-        std::int32_t last_pixels;  // number of last pixels from `pixel` back along its growth; 0 if it is not a last pixel
     };
 
     // Grows a pixel one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
     void grow(const front_pixel& from, side s) {
-        const auto [curve, pixel, last_pixels] = from;
+        const auto [curve, pixel] = from;
         if (const std::int32_t neighbor = pixels_.neighbor(pixel, s); neighbor != no_pixel) {
-            if (last_pixels == 0) improve_origin(curve, pixel, neighbor);
+            improve_origin(curve, pixel, neighbor);
             return;
         }
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -162,28 +145,16 @@ private:
         }
         if (origin == no_pixel) return;
 
-        std::int32_t nearer = no_pixel;
-        if (ends_at_others(curve, pixel, s, position, nearer)) return;
+        if (ends_at_others(curve, pixel, s, position)) return;
         const float average = sum / count;
-        if (nearer == no_pixel && average > pixels_.disparity(position) - min_gap * surface_.max_step) nearer = position;
-        // If a nearer surface here is at similar depth but cannot be linked, as at a curve's free end, this is one of the last
-        // pixels of the hidden surface. It lies so close behind the nearer surface that the camera uncovers at most last_pixels_
-        // pixels between the two.
-        const bool is_last = nearer != no_pixel;
-        if (last_pixels > 0 && (!is_last || last_pixels >= last_pixels_)) return;
-        const float in_front =
-            is_last ? (std::min)(pixels_.disparity(nearer), pixels_.disparity(position)) : std::numeric_limits<float>::infinity();
-        const float created = is_last ? in_front - last_gap * surface_.max_step : average;
-        if (lies_on_another(curve, position, created, in_front)) return;
-        if (!may_link(created, source)) return;
-        if (is_last && !fronts_.uncovers(x, y, created)) return;
-        const std::int32_t made = pixels_.add(position, created, origin);
+        if (average > pixels_.disparity(position) - min_gap * surface_.max_step) return;
+        if (lies_on_another(curve, position, average) || !may_link(average, source)) return;
+        const std::int32_t made = pixels_.add(position, average, origin);
         if (!merges_curves_) curve_of_.push_back(curve);
-        is_last_.push_back(is_last ? 1U : 0U);
         for (int i = 0; i < 4; ++i)
-            if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
+            if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), average))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        created_.push_back({curve, made, is_last ? last_pixels + 1 : 0});
+        created_.push_back({curve, made});
     }
 
     // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If the origin
@@ -196,13 +167,12 @@ private:
         if (before == origin || before == neighbor || crosses_constraint(curve, pixel, x, y)) return;
         if (room_beyond(origin, x, y, disparity) < room_beyond(before, x, y, disparity) + min_gain) return;
         pixels_.set_origin(neighbor, origin);
-        if (is_last_[neighbor - reach_.count()] == 0) created_.push_back({curve, neighbor, 0});
+        created_.push_back({curve, neighbor});
     }
 
     // Joins hidden surfaces at similar depth. Links the surface of `pixel` to a surface at `position` that has no neighbor on
-    // that side yet. Returns whether growth ends, which it does if the two were linked, or if a surface there that cannot be
-    // linked is not nearer than this one. Sets `nearer` to the farthest of the nearer surfaces that cannot be linked.
-    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position, std::int32_t& nearer) {
+    // that side yet. Returns whether growth ends: at a surface at similar depth, whether the two were linked or not.
+    bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
         bool ends = false;
@@ -211,23 +181,17 @@ private:
             if (std::abs(step) > (there == position ? surface_.max_step : nearest) || !may_meet(curve, there)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
-            else if (there != position) {
-                if (step <= 0.0F)
-                    ends = true;
-                else if (nearer == no_pixel || pixels_.disparity(there) < pixels_.disparity(nearer))
-                    nearer = there;
-            }
+            else if (there != position)
+                ends = true;
         }
         if (other != no_pixel) pixels_.link(pixel, s, other);
         return ends || other != no_pixel;
     }
 
-    // Whether a hidden surface farther than `in_front` lies at this disparity, within the threshold: it then closes the gap.
-    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity, float in_front) const {
+    // Whether a hidden surface lies at this disparity, within the threshold.
+    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
-            if (pixels_.disparity(there) < in_front && surface_.same_surface(pixels_.disparity(there), disparity) &&
-                may_meet(curve, there))
-                return true;
+            if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
         return false;
     }
     // Whether the surface behind a curve may join a pixel. It may join any pixel if curves merge, and otherwise only pixels of
@@ -237,9 +201,8 @@ private:
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // Steps in disparity, as multiples of the threshold. last_gap lies between the last pixels of a hidden surface and the nearer
-    // surface at which it ends.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, last_gap = 0.3F;
+    // Steps in disparity, as multiples of the threshold.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap;
 
     // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y). The
     // camera uncovers more of a surface that recedes from `origin` to `disparity`, and less of one that approaches.
@@ -315,13 +278,10 @@ private:
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
     float pixels_per_disparity_ = 0.0F;    // parallax in pixels of a disparity of 1
-    std::int32_t last_pixels_ = 0;         // maximum number of last pixels in a row
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    front_lookup fronts_;
-    buffer<std::uint8_t> is_last_;  // per hidden pixel: 1 if it is one of the last pixels of its surface
     buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
 };
 

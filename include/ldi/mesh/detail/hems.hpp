@@ -1,0 +1,208 @@
+// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. Hidden surfaces that meet at similar
+// depth, but cannot be linked, end there (occlusion/detail/expansion.hpp), as do those that meet the photo's surface at the free
+// end of a silhouette. The two outlines are simplified apart and lie at different depths, so a camera that moves would see a gap.
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/photo_facts.hpp>
+#include <ldi/mesh/flat_mesh.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// The outer end of a hem at a corner of an outline: an offset in pixels, and the disparity there.
+struct hem {
+    float x = 0, y = 0;
+    float disparity = 0;
+
+    bool is_empty() const { return x == 0 && y == 0; }
+};
+
+/// Finds the hems of a mesh.
+class hem_finder {
+public:
+    /// disparity  K values, one per pixel of `g`
+    /// visible    H x W x 1: the largest disparity at each position; negative infinity where there is no surface
+    hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
+               const photo_facts& facts)
+        : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
+        parallax_ = facts.motion * nearest_float((std::max)(facts.camera.width, facts.camera.height));
+        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
+    }
+
+    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all are if facts.motion is 0.
+    buffer<hem> find() {
+        buffer<hem> result(flat_.open_corners.size());
+        if (!(parallax_ > 0)) return result;
+        for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) find_ends(p);
+        if (ends_.empty()) return result;
+        collect_hidden();
+        for (const end& e : ends_) result[e.corner] = hem_of(e);
+        join(result);
+        return result;
+    }
+
+private:
+    /// Margin in pixels for the outlines of both surfaces, each of which may be off by a pixel (mesh/simplify.hpp).
+    static constexpr float mesh_pixels = 2.0F;
+    /// Maximum distance of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees past a hem if
+    /// the parallax of this distance exceeds the hem's width, so narrow hems are closer.
+    static constexpr float gap = 0.2F;
+    /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
+    static constexpr float max_width = 4.0F;
+    /// Maximum distance in disparity between surfaces at similar depth, as in expand().
+    static constexpr float max_link = 2.001F;
+    /// Distances from an edge at which is_hidden() looks.
+    static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
+    static constexpr float nothing = -std::numeric_limits<float>::infinity();
+
+    struct vector {
+        float x = 0, y = 0;
+    };
+    struct end {
+        std::int32_t corner;  // index in flat_mesh::open_corners
+        float disparity;
+        vector from, outward;  // start, and direction of length 1
+    };
+    struct hidden_pixel {
+        std::int64_t position;
+        float disparity;
+        bool operator<(const hidden_pixel& other) const { return position < other.position; }
+    };
+
+    const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
+
+    /// Returns the lattice position at a distance along the outward direction; -1 outside the lattice.
+    std::int64_t position_at(const end& e, float distance) const {
+        const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
+        const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
+        const bool inside = x >= 0 && y >= 0 && x < graph_.width() && y < graph_.height();
+        return inside ? std::int64_t{y} * graph_.width() + x : -1;
+    }
+
+    /// Returns the direction from one corner to the next.
+    vector direction(std::int32_t i) const {
+        const float dx = nearest_float(corner(i + 1).x - corner(i).x), dy = nearest_float(corner(i + 1).y - corner(i).y);
+        const float length = vector_length(dx, dy);
+        return length > 0 ? vector{dx / length, dy / length} : vector{};
+    }
+
+    /// Appends the corners of a piece at which a hidden surface ends.
+    void find_ends(std::int32_t piece) {
+        const std::int32_t first = flat_.first_open_corner[piece], last = flat_.first_open_corner[piece + 1] - 1;
+        if (last <= first) return;
+        const bool is_closed = flat_.open_corners[first] == flat_.open_corners[last];
+        for (std::int32_t i = first; i <= last; ++i) {
+            const vector after = direction(i < last ? i : is_closed ? first : last - 1);
+            const vector before = direction(i > first ? i - 1 : is_closed ? last - 1 : first);
+            vector along{before.x + after.x, before.y + after.y};
+            if (vector_length(along.x, along.y) < 0.5F) along = before;  // a spike: its edges run in almost opposite directions
+            const float length = vector_length(along.x, along.y);
+            if (!(length > 0)) continue;
+            // Several surfaces may share the ends of an open piece; half a pixel along the edge, there is only one.
+            const float step = is_closed || (i > first && i < last) ? 0.0F : i == first ? 0.5F : -0.5F;
+            const vector from{nearest_float(corner(i).x) + step * along.x / length,
+                              nearest_float(corner(i).y) + step * along.y / length};
+            const float disparity = corner(step > 0 ? first + 1 : step < 0 ? last - 1 : i).disparity;
+            const end e{i, disparity, from, {along.y / length, -along.x / length}};  // the chart lies to the right
+            if (is_hidden(e)) ends_.push_back(e);
+        }
+    }
+
+    /// Whether a nearer surface is visible there. Simplified outlines may be off by a pixel, so both sides of the edge count.
+    bool is_hidden(const end& e) const {
+        return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
+            const std::int64_t position = position_at(e, distance);
+            return position >= 0 && visible_.data()[position] > e.disparity + 0.5F * max_step_;
+        });
+    }
+
+    /// Collects the hidden pixels that lie where hems may lie.
+    void collect_hidden() {
+        buffer<std::uint8_t> is_near(graph_.position_count(), 0);
+        for (const end& e : ends_)
+            for (float t = 0.5F; t < width_; t += 1.0F)
+                if (const std::int64_t position = position_at(e, t); position >= 0) is_near[position] = 1;
+        for (std::int32_t i = 0; i < graph_.count(); ++i) {
+            const std::size_t position = graph_.position_of(i);
+            if (is_near[position] != 0 && disparity_[i] < visible_.data()[position])
+                hidden_.push_back({static_cast<std::int64_t>(position), disparity_[i]});
+        }
+        std::sort(hidden_.begin(), hidden_.end());
+    }
+
+    /// Returns the disparity of the farthest surface at a position, among those at similar depth that are nearer than `disparity`
+    /// or at most `gap` behind it; negative infinity if there is none.
+    float nearer_surface(std::int64_t position, float disparity) const {
+        if (position < 0) return nothing;
+        float farthest = nothing;
+        const auto consider = [&](float there) {
+            const float step = there - disparity;
+            if (step > -gap * max_step_ && step <= max_link * max_step_ && (farthest == nothing || there < farthest))
+                farthest = there;
+        };
+        consider(visible_.data()[position]);
+        const auto first = std::lower_bound(hidden_.begin(), hidden_.end(), hidden_pixel{position, 0});
+        for (auto h = first; h != hidden_.end() && h->position == position; ++h) consider(h->disparity);
+        return farthest;
+    }
+
+    /// Extends a corner outward as far as nearer surfaces at similar depth extend, at most by the width of a hem, and behind the
+    /// surface there.
+    hem hem_of(const end& e) const {
+        hem result;
+        float reach = 0;
+        for (float t = 0.5F; t < width_; t += 1.0F) {
+            const float there = nearer_surface(position_at(e, t), e.disparity);
+            if (there == nothing && t > 1.0F) break;  // the outline may be off by a pixel
+            if (there == nothing) continue;
+            result.disparity = reach > 0 ? (std::min)(result.disparity, there) : there, reach = t + 0.5F;
+        }
+        const float behind = (std::min)(gap * max_step_, (std::max)(reach - mesh_pixels, 0.5F) / (std::max)(parallax_, 1.0F));
+        result.x = reach * e.outward.x, result.y = reach * e.outward.y, result.disparity -= behind;
+        return result;
+    }
+
+    /// Gives the hems of all pieces that end at one corner the same outer end, so that no gap is left between them.
+    void join(buffer<hem>& hems) const {
+        struct sum {
+            hem total;
+            float count = 0;
+        };
+        buffer<sum> sums(flat_.outlines.corners.size());
+        for (const end& e : ends_) {
+            const hem& h = hems[e.corner];
+            if (h.is_empty()) continue;
+            auto& [total, count] = sums[flat_.open_corners[e.corner]];
+            total = {total.x + h.x, total.y + h.y, total.disparity + h.disparity}, count += 1.0F;
+        }
+        for (const end& e : ends_) {
+            const auto& [total, count] = sums[flat_.open_corners[e.corner]];
+            const bool is_opposite = vector_length(total.x, total.y) < count;  // less than a pixel
+            if (!hems[e.corner].is_empty() && !is_opposite)
+                hems[e.corner] = {total.x / count, total.y / count, total.disparity / count};
+        }
+    }
+
+    const flat_mesh& flat_;
+    graph_view graph_;
+    array_view<const float> disparity_;
+    const image<float>& visible_;
+    float max_step_;
+    float parallax_ = 0;  // in pixels, of a disparity of 1
+    float width_ = 0;     // of a hem, in pixels
+    buffer<end> ends_;
+    buffer<hidden_pixel> hidden_;  // those where hems may lie, by position
+};
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,123 @@
+#include <ldi/mesh/detail/hems.hpp>
+
+#include <ldi/charts/charts.hpp>
+#include <ldi/mesh/build_mesh.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/expand.hpp>
+#include <ldi/occlusion/spurious_discontinuities.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/support/lifted_scene.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <utility>
+
+namespace {
+
+/// Random surfaces in front of each other.
+struct scene {
+    ldi::photo_layers layers;
+    ldi::photo_facts facts;
+    ldi::flat_mesh flat;
+    ldi::image<float> visible;
+
+    explicit scene(std::mt19937& random) {
+        ldi::photo_layer layer = ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 90, 120));
+        const auto curves = ldi::find_discontinuity_curves(layer, {});
+        ldi::close_spurious_discontinuities(layer, curves);
+        facts = ldi::testing::facts_of(layer.topology());
+        layers = ldi::expand(std::move(layer), {}, curves, {.motion = 0.3F, .iterations = 4096}).layers;
+        facts.motion = 0.3F;
+        flat = ldi::build_flat_mesh(layers, facts.range, ldi::make_charts(layers, {}));
+        visible = ldi::detail::find_visible(layers).disparity;
+    }
+
+    ldi::buffer<ldi::detail::hem> hems() const {
+        return ldi::detail::hem_finder(flat, layers.topology(), layers.column<ldi::disparity_column>(), visible, facts).find();
+    }
+};
+
+std::size_t count_hems(const ldi::buffer<ldi::detail::hem>& hems) {
+    std::size_t count = 0;
+    for (const ldi::detail::hem& h : hems) count += h.is_empty() ? 0U : 1U;
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("no surface has a hem if the camera does not move") {
+    std::mt19937 random(1);
+    std::size_t count = 0;
+    for (int round = 0; round < 20; ++round) {
+        scene still(random);
+        count += count_hems(still.hems());
+        still.facts.motion = 0;
+        REQUIRE(count_hems(still.hems()) == 0);
+    }
+    REQUIRE(count > 0);
+}
+
+TEST_CASE("hems of hidden surfaces are at most four pixels wide, and end behind a visible surface") {
+    std::mt19937 random(2);
+    std::size_t count = 0, behind = 0;
+    for (int round = 0; round < 60; ++round) {
+        const scene s(random);
+        const ldi::buffer<ldi::detail::hem> hems = s.hems();
+        REQUIRE(hems.size() == s.flat.open_corners.size());
+        for (std::size_t i = 0; i < hems.size(); ++i) {
+            const ldi::detail::hem& h = hems[i];
+            if (h.is_empty()) continue;
+            const ldi::outline_corner& c = s.flat.outlines.corners[s.flat.open_corners[i]];
+            const float distance = std::hypot(h.x, h.y), to_last_pixel = (distance - 0.5F) / distance;
+            const auto x = static_cast<std::size_t>(std::floor(static_cast<float>(c.x) + to_last_pixel * h.x));
+            const auto y = static_cast<std::size_t>(std::floor(static_cast<float>(c.y) + to_last_pixel * h.y));
+            CAPTURE(round, c.x, c.y, h.x, h.y);
+            REQUIRE(distance < 4.001F);
+            ++count;
+            behind += x < s.visible.width() && y < s.visible.height() && h.disparity < s.visible(y, x) ? 1U : 0U;
+        }
+    }
+    CAPTURE(count, behind);
+    REQUIRE(count > 100);
+    REQUIRE(100 * behind > 90 * count);  // hems that share a corner end halfway between both directions
+}
+
+TEST_CASE("no motion and no surface rule make hems wide or endless") {
+    std::mt19937 random(3);
+    const scene s(random);
+    for (const float value :
+         {0.0F, 1e30F, -1.0F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
+        for (const bool of_motion : {true, false}) {
+            scene hostile = s;
+            (of_motion ? hostile.facts.motion : hostile.facts.surface.max_step) = value;
+            for (const ldi::detail::hem& h : hostile.hems()) REQUIRE(std::hypot(h.x, h.y) < 4.001F);
+        }
+}
+
+TEST_CASE("a mesh with hems begins with the vertices of the mesh without hems, chart by chart") {
+    std::mt19937 random(4);
+    std::size_t more = 0;
+    for (int round = 0; round < 10; ++round) {
+        const scene s(random);
+        ldi::photo_facts still = s.facts;
+        still.motion = 0;
+        const ldi::chart_set charts = ldi::make_charts(s.layers, {});
+        const ldi::texture_atlas atlas = ldi::make_atlas(s.layers, charts);
+        const ldi::textured_mesh with = ldi::build_mesh(s.layers, s.facts, charts, atlas);
+        const ldi::textured_mesh without = ldi::build_mesh(s.layers, still, charts, atlas);
+        REQUIRE(with.triangle_count() >= without.triangle_count());
+        REQUIRE(with.texture_coordinates.size() == 2 * with.vertex_count());
+        REQUIRE(with.pixels.size() == with.vertex_count());
+        more += with.triangle_count() - without.triangle_count();
+        const std::size_t first_chart = 3 * s.flat.charts[0].outline.size();  // its hems come after all of its own vertices
+        REQUIRE(std::equal(without.positions.begin(), without.positions.begin() + static_cast<std::ptrdiff_t>(first_chart),
+                           with.positions.begin()));
+        for (const std::uint32_t vertex : with.triangles) REQUIRE(vertex < with.vertex_count());
+    }
+    REQUIRE(more > 0);
+}
