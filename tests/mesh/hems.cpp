@@ -20,13 +20,13 @@
 namespace {
 
 /// Random surfaces in front of each other.
-struct scene {
+struct scene_with_hidden_surfaces {
     ldi::photo_layers layers;
     ldi::photo_facts facts;
     ldi::flat_mesh flat;
     ldi::image<float> visible;
 
-    explicit scene(std::mt19937& random) {
+    explicit scene_with_hidden_surfaces(std::mt19937& random) {
         ldi::photo_layer layer = ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 90, 120));
         const auto curves = ldi::find_discontinuity_curves(layer, {});
         ldi::close_spurious_discontinuities(layer, curves);
@@ -54,7 +54,7 @@ TEST_CASE("no surface has a hem if the camera does not move") {
     std::mt19937 random(1);
     std::size_t count = 0;
     for (int round = 0; round < 20; ++round) {
-        scene still(random);
+        scene_with_hidden_surfaces still(random);
         count += count_hems(still.hems());
         still.facts.motion = 0;
         REQUIRE(count_hems(still.hems()) == 0);
@@ -66,7 +66,7 @@ TEST_CASE("hems of hidden surfaces are at most four pixels wide, and end behind 
     std::mt19937 random(2);
     std::size_t count = 0, behind = 0;
     for (int round = 0; round < 60; ++round) {
-        const scene s(random);
+        const scene_with_hidden_surfaces s(random);
         const ldi::buffer<ldi::detail::hem> hems = s.hems();
         REQUIRE(hems.size() == s.flat.open_corners.size());
         for (std::size_t i = 0; i < hems.size(); ++i) {
@@ -89,11 +89,11 @@ TEST_CASE("hems of hidden surfaces are at most four pixels wide, and end behind 
 
 TEST_CASE("no motion and no surface rule make hems wide or endless") {
     std::mt19937 random(3);
-    const scene s(random);
+    const scene_with_hidden_surfaces s(random);
     for (const float value :
          {0.0F, 1e30F, -1.0F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
         for (const bool of_motion : {true, false}) {
-            scene hostile = s;
+            scene_with_hidden_surfaces hostile = s;
             (of_motion ? hostile.facts.motion : hostile.facts.surface.max_step) = value;
             for (const ldi::detail::hem& h : hostile.hems()) REQUIRE(std::hypot(h.x, h.y) < 4.001F);
         }
@@ -103,7 +103,7 @@ TEST_CASE("a mesh with hems begins with the vertices of the mesh without hems, c
     std::mt19937 random(4);
     std::size_t more = 0;
     for (int round = 0; round < 10; ++round) {
-        const scene s(random);
+        const scene_with_hidden_surfaces s(random);
         ldi::photo_facts still = s.facts;
         still.motion = 0;
         const ldi::chart_set charts = ldi::make_charts(s.layers, {});
