@@ -62,7 +62,7 @@ TEST_CASE("no surface has a hem if the camera does not move") {
     REQUIRE(count > 0);
 }
 
-TEST_CASE("hems of hidden surfaces are at most four pixels wide, and end behind a visible surface") {
+TEST_CASE("hems are at most four pixels wide, and nearly all end behind a visible surface") {
     std::mt19937 random(2);
     std::size_t count = 0, behind = 0;
     for (int round = 0; round < 60; ++round) {
@@ -99,7 +99,7 @@ TEST_CASE("no motion and no surface rule make hems wide or endless") {
         }
 }
 
-TEST_CASE("a mesh with hems begins with the vertices of the mesh without hems, chart by chart") {
+TEST_CASE("hems follow the vertices of their chart, and change none of them") {
     std::mt19937 random(4);
     std::size_t more = 0;
     for (int round = 0; round < 10; ++round) {

@@ -38,6 +38,7 @@ public:
     pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
         : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 
+    /// Index of the selected chart; -1 if it has no pixels.
     std::int32_t shown_chart() const { return chart_; }
 
     /// Selects the chart to search.
@@ -109,45 +110,19 @@ public:
     void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place, pixel_finder& finder) {
         finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
-        const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
-        const auto add_rest = [&](const outline_corner& corner, const hem& beyond = {}) {
-            mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas_x) + beyond.x) * u_scale_);
-            mesh_.texture_coordinates.push_back((nearest_float(corner.y + to_atlas_y) + beyond.y) * v_scale_);
-            mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
-        };
+        const std::array<std::int32_t, 2> to_atlas{place.x - shape.x, place.y - shape.y};
         for (std::int32_t id : source.outline) {
             vertex_of_[id] = static_cast<std::uint32_t>(mesh_.vertex_count());
             add_outline_position(id);
-            add_rest(flat_.outlines.corners[id]);
+            add_texture(flat_.outlines.corners[id], to_atlas, finder);
         }
         for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
             const outline_corner& corner = flat_.studs.vertices[source.first_stud_vertex + i];
             add_position(corner);
-            add_rest(corner);
+            add_texture(corner, to_atlas, finder);
         }
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
-
-        const auto add_hem = [&](std::int32_t i) {
-            const std::int32_t id = flat_.open_corners[i];
-            if (hems_[i].is_empty()) return vertex_of_[id];
-            const outline_corner& corner = flat_.outlines.corners[id];
-            const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
-            add_position(corner, hems_[i]);
-            add_rest(corner, hems_[i]);
-            return vertex;
-        };
-        const std::int32_t c = finder.shown_chart();
-        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of(hemmed_pieces_[next_hemmed_]) == c; ++next_hemmed_) {
-            const std::int32_t p = hemmed_pieces_[next_hemmed_];
-            std::uint32_t outer_a = add_hem(flat_.first_open_corner[p]);
-            for (std::int32_t i = flat_.first_open_corner[p] + 1; i < flat_.first_open_corner[p + 1]; ++i) {
-                const std::uint32_t a = vertex_of_[flat_.open_corners[i - 1]], b = vertex_of_[flat_.open_corners[i]];
-                const std::uint32_t outer_b = add_hem(i);
-                if (outer_b != b) mesh_.triangles.insert(mesh_.triangles.end(), {a, b, outer_b});
-                if (outer_a != a) mesh_.triangles.insert(mesh_.triangles.end(), {a, outer_b, outer_a});
-                outer_a = outer_b;
-            }
-        }
+        add_hems(to_atlas, finder);
     }
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
@@ -173,6 +148,40 @@ public:
 
 private:
     std::int32_t chart_of(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
+
+    /// Adds the hems of the chart that `finder` shows. Its outline vertices are the inner ends.
+    void add_hems(std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder) {
+        const auto add_outer = [&](std::int32_t i) {
+            const std::int32_t id = flat_.open_corners[i];
+            if (hems_[i].is_empty()) return vertex_of_[id];
+            const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+            add_position(flat_.outlines.corners[id], hems_[i]);
+            add_texture(flat_.outlines.corners[id], to_atlas, finder, hems_[i]);
+            return vertex;
+        };
+        const std::int32_t c = finder.shown_chart();
+        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of(hemmed_pieces_[next_hemmed_]) == c; ++next_hemmed_) {
+            const std::int32_t p = hemmed_pieces_[next_hemmed_];
+            std::uint32_t outer_a = add_outer(flat_.first_open_corner[p]);
+            for (std::int32_t i = flat_.first_open_corner[p] + 1; i < flat_.first_open_corner[p + 1]; ++i) {
+                const std::uint32_t a = vertex_of_[flat_.open_corners[i - 1]], b = vertex_of_[flat_.open_corners[i]];
+                const std::uint32_t outer_b = add_outer(i);
+                if (outer_b != b) mesh_.triangles.insert(mesh_.triangles.end(), {a, b, outer_b});
+                if (outer_a != a) mesh_.triangles.insert(mesh_.triangles.end(), {a, outer_b, outer_a});
+                outer_a = outer_b;
+            }
+        }
+    }
+
+    /// Adds the texture coordinates and the pixel of a vertex.
+    ///
+    /// to_atlas  offset from the lattice to texels
+    void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder,
+                     const hem& beyond = {}) {
+        mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas[0]) + beyond.x) * u_scale_);
+        mesh_.texture_coordinates.push_back((nearest_float(corner.y + to_atlas[1]) + beyond.y) * v_scale_);
+        mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
+    }
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;

@@ -173,7 +173,7 @@ private:
         return result;
     }
 
-    /// Gives the hems of all pieces that end at one corner the same outer end, so that no gap is left between them.
+    /// Moves the hems of all pieces that end at one corner to the same outer end, so that no gap is left between them.
     void join(buffer<hem>& hems) const {
         struct sum {
             hem total;
