@@ -134,10 +134,10 @@ std::vector<layer_cost> layer_costs(const ldi::inpainting_architecture& a,
     const std::size_t depth = a.channels.size();
     for (std::size_t i = 0; i < depth; ++i) {
         const std::size_t k = static_cast<std::size_t>(a.kernels[i]);
-        add("encoder." + std::to_string(i), levels[i].encode.output_count, k * k * a.inputs(i) * a.channels[i]);
+        add("encoder." + std::to_string(i), levels[i].encode.output_count(), k * k * a.inputs(i) * a.channels[i]);
     }
     for (std::size_t i = depth; i-- > 0;)
-        add("decoder." + std::to_string(depth - 1 - i), levels[i].decode.output_count,
+        add("decoder." + std::to_string(depth - 1 - i), levels[i].decode.output_count(),
             9 * (a.channels[i] + a.inputs(i)) * (i == 0 ? 3 : a.inputs(i)));
     return result;
 }
@@ -162,9 +162,9 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
     for (std::size_t i = 0; i <= depth; ++i) {
         const double all = static_cast<double>(levels[i].pixel_count);
         std::printf("%-6zu %10zu", i, levels[i].pixel_count);
-        const std::size_t read = i < depth ? levels[i].encode.input_count : levels[i - 1].encode.output_count;
+        const std::size_t read = i < depth ? levels[i].encode.input_count() : levels[i - 1].encode.output_count();
         std::printf(i == 0 ? " %10.1f %% (read)" : " %16.1f %%", 100.0 * static_cast<double>(read) / all);
-        if (i < depth) std::printf(" %16.1f %%", 100.0 * static_cast<double>(levels[i].decode.output_count) / all);
+        if (i < depth) std::printf(" %16.1f %%", 100.0 * static_cast<double>(levels[i].decode.output_count()) / all);
         std::printf("\n");
     }
     std::printf("\n%.2f GMAC\n", products_in_all / 1e9);

@@ -25,7 +25,7 @@ void describe(benchmark::State& state, const ldi::graph_view& g, const ldi::conv
     state.counters["x"] = x;
     state.counters["pixels"] = static_cast<double>(g.size());
     state.counters["irregular_percent"] =
-        100.0 * static_cast<double>(plan.irregular.size()) / static_cast<double>(plan.output_count);
+        100.0 * static_cast<double>(plan.irregular().size()) / static_cast<double>(plan.output_count());
     state.counters["plan_kB"] = static_cast<double>(plan.bytes()) / 1000;
 }
 

@@ -21,7 +21,7 @@ struct convolution_shape {
 
     std::size_t weights() const { return inputs * outputs * static_cast<std::size_t>(kernel_size * kernel_size); }
     double products(const ldi::convolution_plan& plan) const {
-        return static_cast<double>(plan.output_count) * static_cast<double>(weights());
+        return static_cast<double>(plan.output_count()) * static_cast<double>(weights());
     }
 };
 

@@ -14,12 +14,12 @@ struct unet {
     ldi::convolution_layer encode, decode;  // one of each, used on every level
 
     /// fine  feature map of g
-    ldi::feature_map operator()(const ldi::graph_view& g, const ldi::feature_map& fine, int levels) const {
+    ldi::feature_map operator()(const ldi::graph& g, const ldi::feature_map& fine, int levels) const {
         if (levels == 0) return fine;
         const ldi::coarsened half = ldi::coarsen(g);
-        const ldi::convolution_plan down = ldi::plan_convolution(g, 3, half), here = ldi::plan_convolution(g, 3);
+        const ldi::convolution_plan down = ldi::plan_convolution(g, 3, half.map), here = ldi::plan_convolution(g, 3);
         const ldi::feature_map coarse = (*this)(half.topology, encode(down, fine), levels - 1);
-        return decode(here, {ldi::upsample(coarse, half.parent), fine});
+        return decode(here, {ldi::upsample(coarse, half.map), fine});
     }
 };
 

@@ -15,7 +15,7 @@ void convolution(benchmark::State& state, const ldi::graph_view& g) {
     std::fill(input.values.begin(), input.values.end(), 1.0F);
     for (auto _ : state) benchmark::DoNotOptimize(layer(plan, input));
     state.counters["pixels/s"] = benchmark::Counter(static_cast<double>(g.size()), benchmark::Counter::kIsIterationInvariantRate);
-    state.counters["gathered windows, %"] = 100.0 * static_cast<double>(plan.irregular.size()) / static_cast<double>(g.size());
+    state.counters["gathered windows, %"] = 100.0 * static_cast<double>(plan.irregular().size()) / static_cast<double>(g.size());
 }
 
 void plan(benchmark::State& state, const ldi::graph_view& g) {

@@ -31,7 +31,7 @@ std::pair<double, double> measure(const ldi::convolution_layer& layer, const ldi
         min_seconds = (std::min)(min_seconds, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     }
     const double pixels = static_cast<double>(g.size());
-    return {1e9 * min_seconds / pixels, static_cast<double>(plan.irregular.size()) / pixels};
+    return {1e9 * min_seconds / pixels, static_cast<double>(plan.irregular().size()) / pixels};
 }
 
 int main() {

@@ -136,4 +136,6 @@ TEST_CASE("reordered() moves a column's rows as a whole") {
     const buffer<int> column{10, 11, 20, 21, 30, 31};
     const buffer<std::int32_t> order{2, 0, 1};
     CHECK(ldi::reordered(column, order, 2) == buffer<int>{30, 31, 10, 11, 20, 21});
+    for (const std::int32_t wrong : {-1, 3, 0x7FFFFFFF})
+        CHECK_THROWS_AS(ldi::reordered(column, buffer<std::int32_t>{0, wrong}, 2), error);
 }

@@ -3,6 +3,7 @@
 #include <ldi/core/validate.hpp>
 
 #include "tests/support/counted_memory.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
 
@@ -55,7 +56,7 @@ std::int32_t explore(const graph_view& g, std::int32_t pixel, Allowed&& allowed,
 }
 
 /// Computes the parents as documented, by one exploration per pixel.
-buffer<std::int32_t> parents_by_exploration(const graph_view& g, const buffer<std::int32_t>& kept) {
+buffer<std::int32_t> parents_by_exploration(const graph_view& g, array_view<const std::int32_t> kept) {
     buffer<std::int32_t> coarse_index(g.size(), no_pixel), in_group(g.size(), no_pixel), result(g.size(), no_pixel);
     for (std::size_t i = 0; i < kept.size(); ++i) coarse_index[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
     const std::int32_t count = static_cast<std::int32_t>(g.size());
@@ -85,9 +86,9 @@ TEST_CASE("coarsening an image keeps every second pixel of every second row") {
         const std::int32_t coarse_width = (width + 1) / 2, coarse_height = (height + 1) / 2;
         CHECK(result.topology == make_grid(coarse_width, coarse_height));
         for (std::int32_t i = 0; i < coarse_width * coarse_height; ++i)
-            CHECK(result.kept[static_cast<std::size_t>(i)] == i / coarse_width * 2 * width + i % coarse_width * 2);
+            CHECK(result.map.kept()[static_cast<std::size_t>(i)] == i / coarse_width * 2 * width + i % coarse_width * 2);
         for (std::int32_t i = 0; i < width * height; ++i)
-            CHECK(result.parent[static_cast<std::size_t>(i)] == i / width / 2 * coarse_width + i % width / 2);
+            CHECK(result.map.parent()[static_cast<std::size_t>(i)] == i / width / 2 * coarse_width + i % width / 2);
     }
 }
 
@@ -103,20 +104,20 @@ TEST_CASE("inside a group, a direct link to a corner pixel is preferred, then th
     const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);
     g.link(right, side::left, first_corner), g.link(below, side::up, second_corner);
     g.link(diagonal, side::up, right), g.link(diagonal, side::left, below);
-    REQUIRE(coarsen(g, orphan_rule::adopt_nearest).kept == buffer<std::int32_t>{first_corner, second_corner});
-    CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 0, 1, 0});
+    REQUIRE(coarsen(g, orphan_rule::adopt_nearest).map.kept() == buffer<std::int32_t>{first_corner, second_corner});
+    CHECK(coarsen(g, orphan_rule::adopt_nearest).map.parent() == buffer<std::int32_t>{0, 1, 0, 1, 0});
 
     SECTION("if the upper path is cut, its pixels take the parent on the left path") {
         g.unlink(right, side::left);
-        CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 1, 1, 1});
+        CHECK(coarsen(g, orphan_rule::adopt_nearest).map.parent() == buffer<std::int32_t>{0, 1, 1, 1, 1});
     }
     SECTION("if the left path is cut, its pixels take the parent on the upper path") {
         g.unlink(below, side::up);
-        CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 0, 0, 0});
+        CHECK(coarsen(g, orphan_rule::adopt_nearest).map.parent() == buffer<std::int32_t>{0, 1, 0, 0, 0});
     }
     SECTION("if both paths are cut, the pixels have no parent") {
         g.unlink(below, side::up), g.unlink(right, side::left);
-        CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
+        CHECK(coarsen(g, orphan_rule::adopt_nearest).map.parent() == buffer<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
     }
 }
 
@@ -131,8 +132,8 @@ TEST_CASE(
     g.link(b, side::left, between_up_and_right), g.link(b, side::up, between_down_and_left);
     g.link(between_down_and_left, side::right, tail), g.link(tail, side::up, longer_tail);
     const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
-    REQUIRE(result.kept == buffer<std::int32_t>{a, b});
-    CHECK(result.parent == buffer<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
+    REQUIRE(result.map.kept() == buffer<std::int32_t>{a, b});
+    CHECK(result.map.parent() == buffer<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
 }
 
 TEST_CASE("the rule for orphans changes only the parents of orphans") {
@@ -140,25 +141,28 @@ TEST_CASE("the rule for orphans changes only the parents of orphans") {
         const graph& g = layers.topology();
         const coarsened adopted = coarsen(g, orphan_rule::adopt_nearest), stayed = coarsen(g, orphan_rule::stay);
         REQUIRE(adopted.topology == stayed.topology);
-        REQUIRE(adopted.kept == stayed.kept);
+        REQUIRE(adopted.map.kept() == stayed.map.kept());
         for (std::size_t i = 0; i < g.size(); ++i) {
             const std::int32_t corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
-            REQUIRE(stayed.parent[i] == (corner == no_pixel ? no_pixel : adopted.parent[static_cast<std::size_t>(corner)]));
-            if (stayed.parent[i] == no_pixel) continue;
-            REQUIRE(adopted.parent[i] == stayed.parent[i]);
-            const std::size_t above = static_cast<std::size_t>(stayed.kept[static_cast<std::size_t>(stayed.parent[i])]);
+            REQUIRE(stayed.map.parent()[i] ==
+                    (corner == no_pixel ? no_pixel : adopted.map.parent()[static_cast<std::size_t>(corner)]));
+            if (stayed.map.parent()[i] == no_pixel) continue;
+            REQUIRE(adopted.map.parent()[i] == stayed.map.parent()[i]);
+            const std::size_t above =
+                static_cast<std::size_t>(stayed.map.kept()[static_cast<std::size_t>(stayed.map.parent()[i])]);
             REQUIRE(g.x()[above] == g.x()[i] / 2 * 2);
             REQUIRE(g.y()[above] == g.y()[i] / 2 * 2);
         }
-        for (const std::int32_t kept : stayed.kept) REQUIRE(stayed.parent[static_cast<std::size_t>(kept)] != no_pixel);
+        for (const std::int32_t kept : stayed.map.kept())
+            REQUIRE(stayed.map.parent()[static_cast<std::size_t>(kept)] != no_pixel);
     });
 }
 
 TEST_CASE("a pixel that cannot reach its group's corner adopts an adjacent parent, or has none, by the rule for orphans") {
     testing::sketched_graph g(make_grid(5, 2));
     g.unlink(3, side::left), g.unlink(3, side::down);
-    CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
-    CHECK(coarsen(g, orphan_rule::stay).parent == buffer<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
+    CHECK(coarsen(g, orphan_rule::adopt_nearest).map.parent() == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
+    CHECK(coarsen(g, orphan_rule::stay).map.parent() == buffer<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
 }
 
 TEST_CASE("all layers at an even position are kept, and linked to the kept pixels of their own surface") {
@@ -168,9 +172,9 @@ TEST_CASE("all layers at an even position are kept, and linked to the kept pixel
         if (x > 0) g.link(2 + x, side::right, 3 + x);
     }
     const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
-    CHECK(result.kept == buffer<std::int32_t>{0, 2, 3, 5});
+    CHECK(result.map.kept() == buffer<std::int32_t>{0, 2, 3, 5});
     CHECK(result.topology.right() == buffer<std::int32_t>{1, no_pixel, 3, no_pixel});
-    CHECK(result.parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 3});
+    CHECK(result.map.parent() == buffer<std::int32_t>{0, 0, 1, 2, 2, 3});
 }
 
 TEST_CASE("the coarse graph is sound, and canonical if the fine graph is") {
@@ -193,12 +197,12 @@ TEST_CASE("coarsening keeps exactly the pixels at even positions, in the same or
         buffer<std::int32_t> expected;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
             if (is_kept(g, i)) expected.push_back(i);
-        REQUIRE(result.kept == expected);
+        REQUIRE(result.map.kept() == expected);
         REQUIRE(result.topology.size() == expected.size());
         for (std::size_t i = 0; i < expected.size(); ++i) {
             REQUIRE(2 * result.topology.x()[i] == g.x()[static_cast<std::size_t>(expected[i])]);
             REQUIRE(2 * result.topology.y()[i] == g.y()[static_cast<std::size_t>(expected[i])]);
-            REQUIRE(result.parent[static_cast<std::size_t>(expected[i])] == static_cast<std::int32_t>(i));
+            REQUIRE(result.map.parent()[static_cast<std::size_t>(expected[i])] == static_cast<std::int32_t>(i));
         }
     });
 }
@@ -207,10 +211,10 @@ TEST_CASE("kept pixels are linked exactly if a path of two links joined them in 
     testing::for_random_graphs(52, 1000, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
-        for (std::size_t i = 0; i < result.kept.size(); ++i) {
+        for (std::size_t i = 0; i < result.map.kept().size(); ++i) {
             // Tries all sixteen paths of two links, and sorts their ends by direction.
             buffer<std::int32_t> found(4, no_pixel);
-            const std::int32_t from = result.kept[i];
+            const std::int32_t from = result.map.kept()[i];
             for (const side first : all_sides)
                 for (const side second : all_sides) {
                     const std::int32_t middle = g.neighbor(from, first);
@@ -220,7 +224,7 @@ TEST_CASE("kept pixels are linked exactly if a path of two links joined them in 
                     for (std::size_t s = 0; s < 4; ++s)
                         if (g.x()[b] - g.x()[a] == 2 * step_x(all_sides[s]) && g.y()[b] - g.y()[a] == 2 * step_y(all_sides[s])) {
                             REQUIRE(found[s] == no_pixel);
-                            found[s] = result.parent[b];
+                            found[s] = result.map.parent()[b];
                         }
                 }
             for (std::size_t s = 0; s < 4; ++s) REQUIRE(result.topology.neighbors(all_sides[s])[i] == found[s]);
@@ -233,22 +237,22 @@ TEST_CASE("parents match an exploration from every single pixel") {
     testing::for_random_graphs(53, 1500, [&](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
-        REQUIRE(result.parent == parents_by_exploration(g, result.kept));
+        REQUIRE(result.map.parent() == parents_by_exploration(g, result.map.kept()));
 
         // Only components without any kept pixel have no parents.
         const components whole = connected_components(g);
         std::vector<bool> has_kept(whole.count(), false);
-        for (const std::int32_t i : result.kept)
+        for (const std::int32_t i : result.map.kept())
             has_kept[static_cast<std::size_t>(whole.label[static_cast<std::size_t>(i)])] = true;
         for (std::size_t i = 0; i < g.size(); ++i) {
-            const std::int32_t parent = result.parent[i];
+            const std::int32_t parent = result.map.parent()[i];
             REQUIRE((parent != no_pixel) == has_kept[static_cast<std::size_t>(whole.label[i])]);
             if (parent == no_pixel) {
                 ++without_parent;
                 continue;
             }
             const std::size_t p = static_cast<std::size_t>(parent);
-            REQUIRE(whole.label[static_cast<std::size_t>(result.kept[p])] == whole.label[i]);
+            REQUIRE(whole.label[static_cast<std::size_t>(result.map.kept()[p])] == whole.label[i]);
             if (result.topology.x()[p] != g.x()[i] / 2 || result.topology.y()[p] != g.y()[i] / 2) ++beyond_group;
         }
     });
@@ -263,11 +267,11 @@ TEST_CASE("coarsening does not depend on the order of the pixels in memory") {
         const graph shuffled = ldi::reordered(g, order);
         const coarsened before = coarsen(g, orphan_rule::adopt_nearest), after = coarsen(shuffled, orphan_rule::adopt_nearest);
         for (std::size_t i = 0; i < g.size(); ++i) {
-            const std::int32_t a = after.parent[i], b = before.parent[static_cast<std::size_t>(order[i])];
+            const std::int32_t a = after.map.parent()[i], b = before.map.parent()[static_cast<std::size_t>(order[i])];
             REQUIRE((a == no_pixel) == (b == no_pixel));
             if (a != no_pixel)
-                REQUIRE(order[static_cast<std::size_t>(after.kept[static_cast<std::size_t>(a)])] ==
-                        before.kept[static_cast<std::size_t>(b)]);
+                REQUIRE(order[static_cast<std::size_t>(after.map.kept()[static_cast<std::size_t>(a)])] ==
+                        before.map.kept()[static_cast<std::size_t>(b)]);
         }
     });
 }
@@ -284,7 +288,7 @@ TEST_CASE("the search for parents needs bounded memory even if many paths reach 
     own.limit = 200 * g.size();
     const memory_scope scope(own.source);
     const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
-    CHECK(std::count(result.parent.begin(), result.parent.end(), no_pixel) == 0);
+    CHECK(std::count(result.map.parent().begin(), result.map.parent().end(), no_pixel) == 0);
 }
 
 TEST_CASE("a column's rule receives all channels of the fine pixels, so a direction can be normalized") {
@@ -312,19 +316,68 @@ TEST_CASE("a coarse pixel's values follow each column's rule, applied to all pix
         const auto level = coarsen(fine, rule);
         const coarsened topology = coarsen(graph_view(fine.topology()), rule);
         REQUIRE(level.layers.topology() == topology.topology);
-        REQUIRE(level.parent == topology.parent);
+        REQUIRE(level.map.parent() == topology.map.parent());
         for (std::int32_t c = 0; c < level.layers.topology().count(); ++c) {
             double red = 0, disparity = 0, children = 0;
             std::uint8_t known = 1;
             for (std::int32_t i = 0; i < count; ++i) {
-                if (level.parent[i] != c) continue;
+                if (level.map.parent()[i] != c) continue;
                 red += fine.at<color_column>(i)[0], disparity += double{fine.at<disparity_column>(i)[0]}, ++children;
                 known = (std::min)(known, fine.at<known_column>(i)[0]);
             }
             REQUIRE(level.layers.at<color_column>(c)[0] == std::round(red / children));
             REQUIRE(level.layers.at<disparity_column>(c)[0] == Approx(disparity / children));
             REQUIRE(level.layers.at<known_column>(c)[0] == known);
-            REQUIRE(level.layers.at<material>(c)[0] == level.kept[c]);
+            REQUIRE(level.layers.at<material>(c)[0] == level.map.kept()[c]);
         }
     }
+}
+
+// Only coarsen() makes level maps with pixels, and nothing changes them.
+template <class Map>
+concept can_change_map = requires(Map& m) {
+    m.kept()[0] = 1;
+}
+|| requires(Map& m) { m.parent()[0] = 1; }
+|| requires(Map& m) { m.kept().push_back(1); }
+|| requires(Map& m) { m.width() = 1; };
+static_assert(!can_change_map<level_map>);
+static_assert(!std::is_constructible_v<level_map, graph_view, buffer<std::int32_t>, buffer<std::int32_t>>);
+static_assert(!std::is_aggregate_v<level_map>);
+
+TEST_CASE("the values of a moved level map outlive it, and the map is then empty") {
+    level_map map = coarsen(make_grid(5, 4)).map;
+    CHECK((map.width() == 5 && map.height() == 4 && map.kept().size() == 6 && map.parent().size() == 20));
+    const level_map copy = map;
+    level_map moved = std::move(map);
+    CHECK((map.width() == 0 && map.height() == 0 && map.kept().empty() && map.parent().empty()));
+    CHECK((moved.kept() == copy.kept() && moved.parent() == copy.parent()));
+    const buffer<std::int32_t> kept = std::move(moved).kept();
+    CHECK((copy.kept() == kept && moved.kept().empty() && moved.parent().empty() && moved.width() == 0));
+    std::int32_t sum = 0;
+    for (const std::int32_t p : coarsen(make_grid(2, 2)).map.parent()) sum += p + 1;
+    CHECK(sum == 4);
+}
+
+TEST_CASE("coarsen() refuses a view whose positions or links break an invariant") {
+    const auto error_of = [](std::vector<std::int32_t> x, std::vector<std::int32_t> right, std::vector<std::int32_t> left) {
+        const std::vector<std::int32_t> y(x.size(), 0), none(x.size(), no_pixel);
+        using values = std::span<const std::int32_t>;
+        const graph_view view(3, 1, values(x), values(y), values(none), values(none), values(left), values(right));
+        return testing::raised([&] { coarsen(view); });
+    };
+    CHECK_FALSE(error_of({0, 1, 2}, {1, 2, -1}, {-1, 0, 1}));
+    CHECK(error_of({0, 1, 100}, {1, -1, -1}, {-1, 0, -1}) == error_code::mismatch);
+    CHECK(error_of({0, 1, 2}, {1, 50000000, -1}, {-1, 0, 1}) == error_code::mismatch);
+    CHECK(error_of({0, 1, 2}, {1, 2, -1}, {-1, 0, -1}) == error_code::mismatch);
+}
+
+TEST_CASE("a view of layers is coarsened like the layers") {
+    testing::for_random_graphs(20, 300, [](const random_layers& random_layers, std::mt19937&) {
+        layered_image<disparity_column> layers(random_layers.topology(), random_layers.disparity);
+        const auto whole = coarsen(layers), viewed = coarsen(layered_view<disparity_column>(layers));
+        REQUIRE(whole.layers.topology() == viewed.layers.topology());
+        REQUIRE(whole.layers.column<disparity_column>() == viewed.layers.column<disparity_column>());
+        REQUIRE((whole.map.kept() == viewed.map.kept() && whole.map.parent() == viewed.map.parent()));
+    });
 }

@@ -66,6 +66,16 @@ template <class T>
 concept can_resize = requires(T& g) {
     g.resize(1);
 };
+template <class Builder>
+concept skips_check_by_braces = requires(Builder b) {
+    std::move(b).build({});
+};
+static_assert(!skips_check_by_braces<graph_builder>, "only the tag in namespace detail skips the check");
+template <class Builder>
+concept is_uninitialized_by_braces = requires {
+    Builder(1, 1, 1, {});
+};
+static_assert(!is_uninitialized_by_braces<graph_builder>);
 template <class T>
 constexpr bool is_fixed = !can_add_pixels<T> && !can_link<T> && !can_move_pixels<T> && !can_redirect_neighbors<T> &&
                           !can_resize_lattice<T> && !can_resize<T>;
@@ -226,4 +236,14 @@ TEST_CASE("index columns of different lengths are refused") {
     const buffer<std::int32_t> one(1, no_pixel), two(2, no_pixel);
     CHECK_THROWS_AS(graph_view(1, 1, one, one, one, one, one, two), error);
     CHECK_THROWS_AS(graph_view(1, 1, one, two, one, one, one, one), error);
+}
+
+TEST_CASE("a moved graph has no pixels and no lattice") {
+    graph g = make_grid(3, 4);
+    graph moved = std::move(g);
+    CHECK((g.width() == 0 && g.height() == 0 && g.size() == 0 && moved == make_grid(3, 4)));
+    g = std::move(moved);
+    CHECK((moved.width() == 0 && moved.height() == 0 && moved.size() == 0 && g == make_grid(3, 4)));
+    g = make_grid(2, 2);
+    CHECK(g == make_grid(2, 2));
 }

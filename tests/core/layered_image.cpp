@@ -465,6 +465,9 @@ TEST_CASE("edit_links() refuses links that would break the topology, and leaves 
     CHECK(is_refused([](link_editor& links) { links.link(0, side::left, 2); }));    // on the other side of the lattice
     CHECK(is_refused([](link_editor& links) { links.link(5, side::right, 6); }));   // no such pixel
     CHECK(is_refused([](link_editor& links) { links.link(-1, side::right, 0); }));  // no such pixel
+    CHECK(is_refused([](link_editor& links) { links.neighbor(-1, side::right); }));
+    CHECK(is_refused([](link_editor& links) { links.neighbor(6, side::right); }));
+    CHECK(is_refused([](link_editor& links) { links.neighbor(0, static_cast<side>(4)); }));
     CHECK(is_refused([](link_editor& links) { links.unlink(-1, side::right); }));
     CHECK(is_refused([](link_editor& links) { links.unlink(6, side::up); }));
     CHECK(is_refused([](link_editor& links) { links.unlink(0, static_cast<side>(7)); }));  // no such side

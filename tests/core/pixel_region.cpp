@@ -109,3 +109,9 @@ TEST_CASE("a halved region has the pixels with even coordinates, which are the p
                 for (std::int32_t x = 0; x < half.width(); ++x) CHECK(half.number(x, y) == number_in(expected, x, y));
         }
 }
+
+template <class Region>
+constexpr bool shows_temporary_runs = requires {
+    Region().row(0);
+};
+static_assert(!shows_temporary_runs<ldi::pixel_region>);

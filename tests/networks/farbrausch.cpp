@@ -228,7 +228,7 @@ TEST_CASE("two surfaces in one layered image are inpainted as if each were alone
             for (std::int32_t i = 0; i < g->count(); ++i)
                 if (g->neighbor(i, s) != no_pixel) both.link(shift + i, s, shift + g->neighbor(i, s));
     }
-    photo_layers layers(both);
+    photo_layers layers{graph(both)};
     std::copy(b.layers.column<color_column>().begin(), b.layers.column<color_column>().end(),
               std::copy(a.layers.column<color_column>().begin(), a.layers.column<color_column>().end(),
                         layers.column<color_column>().begin()));
@@ -363,12 +363,12 @@ TEST_CASE("a network built from the public operators gives the same colors as fa
             next.push_back(coarsen(graphs[l]));
             graphs.push_back(next[l].topology);
             encoded.push_back(layer("encoder." + std::to_string(l), small.kernels[l], relu)(
-                plan_convolution(graphs[l], small.kernels[l], next[l]), encoded[l]));
+                plan_convolution(graphs[l], small.kernels[l], next[l].map), encoded[l]));
         }
         feature_map decoded = encoded[depth];
         for (std::size_t l = depth; l-- > 0;)
             decoded = layer("decoder." + std::to_string(depth - 1 - l), 3, l == 0 ? no_activation : leaky_relu(small.leak))(
-                plan_convolution(graphs[l], 3), {upsample(decoded, next[l].parent), encoded[l]});
+                plan_convolution(graphs[l], 3), {upsample(decoded, next[l].map), encoded[l]});
         buffer<double> output;
         for (std::size_t v = 0; v < decoded.values.size(); ++v) output.push_back(expected.fill[v] + double{decoded.values[v]});
         REQUIRE(largest_difference(output, expected.output) < 1e-4);

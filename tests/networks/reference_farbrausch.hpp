@@ -34,8 +34,8 @@ public:
         kept_.clear(), above_.clear();
         for (std::size_t i = 0; i < levels_; ++i) {
             const coarsened next = coarsen(graphs_.back(), orphan_rule::adopt_nearest);
-            kept_.push_back(next.kept);
-            above_.push_back(corners(graphs_.back(), next.kept));
+            kept_.push_back(next.map.kept().copy());
+            above_.push_back(corners(graphs_.back(), next.map.kept().copy()));
             graphs_.push_back(next.topology);
         }
         colors_.assign(levels_ + 1, {});

@@ -37,11 +37,17 @@ TEST_CASE("lifting links neighbors exactly where disparity differs by at most th
     }
 }
 
-TEST_CASE("an empty photo and a disparity map of another shape are refused") {
+TEST_CASE("an empty photo, a disparity map of another shape, a camera of another size and a negative threshold are refused") {
     const auto photo = ldi::image<std::uint8_t>(4, 5, 3, std::uint8_t{0});
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(5, 4, 1, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(4, 5, 2, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(ldi::image<std::uint8_t>(4, 0, 3), ldi::image<float>(4, 0)), ldi::error);
+    const ldi::image<float> disparity(4, 5, 1, 0.0F);
+    CHECK_NOTHROW(ldi::lift(photo, disparity, {.camera = {5, 4, 5.0F}}));
+    for (const ldi::pinhole_camera& other : {ldi::pinhole_camera{4, 5, 5.0F}, {4000, 3000, 0.0F}, {5, 0, 0.0F}, {-5, -4, 1.0F}})
+        CHECK_THROWS_AS(ldi::lift(photo, disparity, {.camera = other}), ldi::error);
+    for (const float step : {-0.001F, -INFINITY, std::nanf("")})
+        CHECK_THROWS_AS(ldi::lift(photo, disparity, {.surface = {step}}), ldi::error);
 }
 
 TEST_CASE("disparities that are not between 0 and 1, up to rounding, are refused") {

@@ -219,3 +219,22 @@ TEST_CASE("growing past the frame is refused for a motion below 0 and for more p
     photo_layers none;
     CHECK(grow_past_frame(none, photo_facts()) == 0);
 }
+
+TEST_CASE("growing past the frame is refused for a second time, and for a photo of another size") {
+    const image<float> map(30, 40, 1, 0.5F);
+    photo_layers layers = testing::lifted_layers(map);
+    photo_facts facts = testing::facts_of(layers.topology());
+    facts.motion = 0.1F;
+    facts.camera.width = 41;
+    CHECK_THROWS_AS(grow_past_frame(layers, facts), error);
+    CHECK_THROWS_AS(grow_past_frame(layers, photo_facts()), error);
+    facts.camera.width = 40;
+    const std::size_t before = layers.size();
+    const std::int32_t margin = grow_past_frame(layers, facts);
+    REQUIRE((margin > 0 && layers.size() > before));
+    const std::size_t grown = layers.size();
+    CHECK_THROWS_AS(grow_past_frame(layers, facts), error);  // without the margin in `facts`
+    facts.margin = margin;
+    CHECK_THROWS_AS(grow_past_frame(layers, facts), error);
+    CHECK(layers.size() == grown);
+}

@@ -9,7 +9,7 @@ struct sketched_graph : graph_builder {
     using graph_builder::graph_builder;
 
     operator graph_view() const { return graph_view(width(), height(), x(), y(), up(), down(), left(), right()); }
-    operator graph() const { return graph_builder(*this).build(); }
+    explicit operator graph() const { return graph_builder(*this).build(); }
 };
 
 }  // namespace ldi::testing

@@ -21,7 +21,7 @@ public:
     using value_type = std::remove_const_t<T>;
 
     constexpr array_view() = default;
-    /// data  first of `size` values; null only if size is 0. As in std::span, no literal 0, and no pointer to a derived class
+    /// data  first of `size` values; null only if size is 0. Like std::span, rejects a literal 0 and pointers to a derived class
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(U* data, std::size_t size) : data_(data), size_(size) { LDI_ASSERT(data != nullptr || size == 0); }

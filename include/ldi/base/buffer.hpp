@@ -20,7 +20,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 inline constexpr std::size_t buffer_alignment = 64;
 
 /// Tag for uninitialized values. Without it, a buffer initializes values to zero.
-struct unset_t {};
+struct unset_t {
+    explicit unset_t() = default;  // {} must not mean `unset`
+};
 inline constexpr unset_t unset{};
 
 namespace detail {
@@ -33,7 +35,7 @@ concept element_iterator = requires(T i) {
     i - i;
 };
 
-/// Reports that memory is exhausted. Outside `buffer`, so that it is compiled once for all element types.
+/// Reports that memory is exhausted. Defined outside `buffer`, so that it is compiled once for all element types.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
@@ -86,11 +88,11 @@ struct memory_block {
 }  // namespace detail
 
 /// A growing array, aligned to 64 bytes. Its first successful allocation selects its allocator: the one that is then current
-/// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
+/// (base/memory.hpp). Differences from std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
-/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
-/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). A
-/// buffer that grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
+/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a value's copy
+/// constructor throws while the buffer grows or is assigned to, the buffer keeps its values, except in assign(). A buffer that
+/// grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:

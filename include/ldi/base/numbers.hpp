@@ -65,8 +65,8 @@ inline float fused_multiply_add(float a, float b, float c) {
 #if defined(__FMA__) || defined(__aarch64__)
     return std::fma(a, b, c);  // one instruction
 #else
-    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct: S.
-    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
+    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct (S.
+    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd", 2008).
     const double product = double{a} * double{b}, sum = product + double{c};
     const double share_of_c = sum - product;
     const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)

@@ -15,7 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// x to the right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
-    float focal_length = 0;              ///< focal length in pixels; the optical axis passes through the middle of the photo
+    float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
 
     /// Middle of the photo in pixels.
     float center_x() const { return 0.5F * detail::nearest_float(width); }
@@ -51,8 +51,8 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 /// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
 /// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range).
 struct depth_range {
-    float z_near = 1.0F;  ///< depth at disparity 1
-    float z_far = 10.0F;  ///< depth at disparity 0
+    float z_near = 1.0F;  ///< depth at disparity 1, above 0
+    float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }

@@ -54,10 +54,16 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them.
+/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them. Raises mismatch for an
+/// index of a pixel that the column does not have.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
+    LDI_ASSERT(channels > 0 && column.size() % channels == 0);
     buffer<Scalar> result(order.size() * channels);
+    for (const std::int32_t old : order)
+        if (old < 0 || static_cast<std::size_t>(old) >= column.size() / channels)
+            raise(error_code::mismatch, "reorder", "indices of " + std::to_string(column.size() / channels) + " pixels",
+                  "index " + std::to_string(old));
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)
             result[i * channels + c] = column[static_cast<std::size_t>(order[i]) * channels + c];

@@ -2,33 +2,36 @@
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/layered_view.hpp>
+#include <ldi/core/level_map.hpp>
 #include <ldi/core/runs.hpp>
+#include <ldi/core/validate.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <optional>
 #include <span>
-#include <string>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A graph at half resolution, and how it connects to its parent level.
+/// Result of coarsen() for a graph.
 struct coarsened {
-    graph topology;               ///< the coarse graph, on a lattice of half the size, rounded up
-    buffer<std::int32_t> kept;    ///< per coarse pixel: index of the fine pixel that it keeps; ascending
-    buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
+    graph topology;  ///< the coarse graph, on a lattice of half the size, rounded up
+    level_map map;   ///< relates the pixels of both graphs
 };
 
 /// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel over links inside its 2 x 2 group, because it lies
 /// on a thin strip or behind a silhouette.
-enum class orphan_rule {
+enum class orphan_rule : std::uint8_t {
     /// an orphan adopts the parent of the nearest pixel that has one, counted in links; breadth-first exploration in the order
     /// up, down, left, right breaks ties
     adopt_nearest,
@@ -56,8 +59,13 @@ inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
 /// Returns the first kept pixel of a run in an even row; `last` if there is none.
 inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
+/// Both columns of a level_map under construction.
+struct level_columns {
+    buffer<std::int32_t> kept, parent;
+};
+
 /// Sets `kept`, and the parents of kept pixels. Returns the coarse graph with positions, but uninitialized links.
-inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, coarsened& result) {
+inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, level_columns& result) {
     const auto is_even_row = [&](const pixel_run& run) { return (g.y()[run.first] & 1) == 0; };
     std::size_t count = 0;
     for (const pixel_run& run : runs)
@@ -80,7 +88,7 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
 }
 
 /// Links kept pixels that are connected by a straight path of two links.
-inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
+inline void link_kept_pixels(const graph_view& g, const level_columns& result, graph_builder& made) {
     for (const side s : {side::down, side::right}) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
         for (std::int32_t i = 0; i < made.count(); ++i) made.set_neighbor(i, opposite(s), no_pixel);
@@ -152,6 +160,17 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         std::swap(ring, next);
     }
 }
+
+/// coarsen() for a graph whose invariants hold.
+inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
+    level_columns columns;
+    const buffer<pixel_run> runs = runs_of(g);
+    graph_builder coarse = keep_even_pixels(g, runs, columns);
+    link_kept_pixels(g, columns, coarse);
+    for (const pixel_run& run : runs) find_parents(g, run, columns.parent);
+    if (orphans == orphan_rule::adopt_nearest) adopt_nearest_parent(g, columns.parent);
+    return {std::move(coarse).build(unchecked), level_map(g, std::move(columns.kept), std::move(columns.parent))};
+}
 }  // namespace detail
 
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
@@ -163,15 +182,11 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
+inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
-    coarsened result;
-    const buffer<pixel_run> runs = runs_of(g);
-    graph_builder coarse = detail::keep_even_pixels(g, runs, result);
-    detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build(detail::unchecked);
-    for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
-    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
-    return result;
+    if (const std::optional<violation> found = validate(g)) detail::refuse_graph(*found);
+    return detail::coarsen_sound(g, orphans);
 }
 
 namespace detail {
@@ -181,63 +196,66 @@ struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
 
-    /// Raises mismatch if a parent does not exist, or if a coarse pixel has no fine pixels.
-    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
-        const auto refuse = [&](std::int32_t pixel, const char* found) {
-            raise(error_code::mismatch, "coarsened", "the result of coarsen()", found + std::to_string(pixel));
-        };
-        for (const std::int32_t parent : by.parent)
-            if (parent >= 0 && parent < by.kept.count())
-                ++first[parent + 1];
-            else if (parent != no_pixel)
-                refuse(parent, "a parent with index ");
-        for (std::size_t i = 1; i < first.size(); ++i) {
-            if (first[i] == 0) refuse(static_cast<std::int32_t>(i - 1), "no fine pixels of coarse pixel ");
-            first[i] += first[i - 1];
-        }
+    explicit collapsed_pixels(const level_map& by) : first(by.kept().size() + 1, 0) {
+        const array_view<const std::int32_t> parents = by.parent();
+        for (const std::int32_t parent : parents)
+            if (parent != no_pixel) ++first[parent + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
         pixels.resize(first.back(), unset);
         buffer<std::size_t> next(first);
-        for (std::int32_t i = 0; i < by.parent.count(); ++i)
-            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
+        for (std::int32_t i = 0; i < parents.count(); ++i)
+            if (parents[i] != no_pixel) pixels[next[parents[i]]++] = i;
     }
 };
 
+/// Returns a layered image on the coarse graph.
+///
+/// topology, map  result of coarsen() for the graph of `fine`
+template <template <class...> class Layers, class... Columns>
+layered_image<Columns...> coarser_columns(const Layers<Columns...>& fine, graph topology, const level_map& map) {
+    collapsed_pixels children(map);
+    const array_view<const std::int32_t> kept = map.kept();
+    for (std::int32_t c = 0; c < kept.count(); ++c) {  // moves the kept pixel to the front
+        std::int32_t* const first = children.pixels.data() + children.first[c];
+        std::int32_t* const found = std::find(first, children.pixels.data() + children.first[c + 1], kept[c]);
+        std::rotate(first, found, found + 1);
+    }
+    layered_image<Columns...> result(std::move(topology));
+    const auto fill = [&]<class Column>(std::type_identity<Column>) {
+        buffer<typename Column::scalar> values;
+        for (std::int32_t c = 0; c < kept.count(); ++c) {
+            values.clear();
+            for (std::size_t k = children.first[c]; k < children.first[c + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children.pixels[k])) values.push_back(value);
+            const auto coarse = coarser_values<Column>({values});
+            std::copy(coarse.begin(), coarse.end(), result.template at<Column>(c).begin());
+        }
+    };
+    (fill(std::type_identity<Columns>{}), ...);
+    return result;
+}
+
 }  // namespace detail
 
-/// A layered image at half resolution, and how it connects to its parent level.
+/// Result of coarsen() for a layered image.
 template <payload_column... Columns>
 struct coarsened_layers {
     layered_image<Columns...> layers;
-    buffer<std::int32_t> kept, parent;  ///< same as coarsened::kept and coarsened::parent
+    level_map map;  ///< relates the pixels of both images
 };
 
 /// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
 /// that share a parent. It receives the kept pixel first, then the other pixels by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
-    coarsened level = coarsen(graph_view(fine.topology()), orphans);
-    detail::collapsed_pixels children(level);
-    const std::int32_t count = level.kept.count();
-    for (std::int32_t c = 0; c < count; ++c) {  // moves the kept pixel to the front
-        std::int32_t* const first = children.pixels.data() + children.first[c];
-        std::int32_t* const kept = std::find(first, children.pixels.data() + children.first[c + 1], level.kept[c]);
-        std::rotate(first, kept, kept + 1);
-    }
-
-    coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
-                                        std::move(level.parent)};
-    const auto fill = [&]<class Column>(std::type_identity<Column>) {
-        buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < count; ++c) {
-            values.clear();
-            for (std::size_t k = children.first[c]; k < children.first[c + 1]; ++k)
-                for (const auto& value : fine.template at<Column>(children.pixels[k])) values.push_back(value);
-            const auto coarse = detail::coarser_values<Column>({values});
-            std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
-        }
-    };
-    (fill(std::type_identity<Columns>{}), ...);
-    return result;
+    coarsened level = coarsen(fine.topology(), orphans);
+    return {detail::coarser_columns(fine, std::move(level.topology), level.map), std::move(level.map)};
+}
+/// The same for a view. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+template <payload_column... Columns>
+coarsened_layers<Columns...> coarsen(const layered_view<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
+    coarsened level = coarsen(fine.topology(), orphans);
+    return {detail::coarser_columns(fine, std::move(level.topology), level.map), std::move(level.map)};
 }
 
 }}  // namespace ldi

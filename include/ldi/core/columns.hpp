@@ -18,9 +18,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel, at most 64 KiB in all. Tags are
-/// never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a default
-/// replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
+/// A column tag: a non-final class that states the scalar type and the number of scalars per pixel, at most 64 KiB per pixel.
+/// Tags are never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a
+/// default replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;

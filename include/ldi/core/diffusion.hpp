@@ -61,7 +61,7 @@ public:
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
     /// Computes all values with `rounds` Gauss-Seidel rounds per level. A cell that no link connects to a known value gets the
-    /// mean of all known values.
+    /// mean of all known values. Every call starts anew; cells, neighbors and links may be added between calls.
     void solve(int rounds) {
         if (size() == 0) return;
         std::size_t depth = 1;
@@ -92,9 +92,10 @@ private:
     /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
-        /// Per cell: sum over its known neighbors, and in the last entry their number. prepare() replaces the last entry by 1 /
-        /// (number of all neighbors).
+        /// Per cell: sum over its known neighbors, and in the last entry their number.
         buffer<value_type> known;
+        /// Per cell: 1 / (number of all neighbors); 0 for a cell without neighbors, which keeps its value. prepare() computes it.
+        buffer<float> weight;
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
         buffer<std::int32_t> parent;
@@ -146,11 +147,11 @@ private:
         }
 
         void prepare() {
+            weight.resize(value.size());
             for (std::size_t i = 1; i < value.size(); ++i) {
                 float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // a cell without neighbors keeps its value
-                known[i][Channels] = 1.0F / neighbors;
+                weight[i] = neighbors > 0.0F ? 1.0F / neighbors : 0.0F;
             }
         }
 
@@ -158,6 +159,7 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
+                if (weight[i] == 0.0F) continue;
                 const value_type& up = value[links[i][upwards]];
                 const value_type& down = value[links[i][downwards]];
                 const value_type& left = value[links[i][to_left]];
@@ -165,7 +167,7 @@ private:
                 const value_type& k = known[i];
                 value_type mean;
                 for (std::size_t c = 0; c < Channels + 1; ++c)
-                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[Channels];
+                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * weight[i];
                 value[i] = mean;
             }
         }

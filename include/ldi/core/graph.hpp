@@ -167,6 +167,16 @@ class graph final : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// Makes a graph without pixels.
     graph() = default;
+    graph(const graph&) = default;
+    graph& operator=(const graph&) = default;
+    /// The moved-from graph is empty.
+    graph(graph&& other) noexcept : index_columns(std::move(other)) { other.width_ = other.height_ = 0; }
+    graph& operator=(graph&& other) noexcept {
+        index_columns::operator=(std::move(other));
+        if (this != &other) other.width_ = other.height_ = 0;
+        return *this;
+    }
+    ~graph() = default;
 
     operator graph_view() const& { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
     operator graph_view() const&& = delete;  // the view would outlive the graph

@@ -16,7 +16,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 /// Tag for overloads that skip a check. The caller guarantees what the check would find out.
-struct unchecked_t {};
+struct unchecked_t {
+    explicit unchecked_t() = default;  // build({}) must not compile
+};
 inline constexpr unchecked_t unchecked{};
 
 [[noreturn]] inline void refuse_graph(const violation& found) {

@@ -51,7 +51,12 @@ public:
     link_editor(const link_editor&) = delete;
     link_editor& operator=(const link_editor&) = delete;
 
-    std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
+    /// Returns the neighbor of a pixel, or no_pixel. Raises mismatch for a pixel or a side that does not exist, in release
+    /// builds, too.
+    std::int32_t neighbor(std::int32_t pixel, side s) const {
+        check(pixel, s);
+        return graph_.neighbor(pixel, s);
+    }
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
     /// graph_builder::can_link(), in release builds, too.
     void link(std::int32_t a, side s, std::int32_t b) {
@@ -61,12 +66,16 @@ public:
     /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, in release builds,
     /// too.
     void unlink(std::int32_t a, side s) {
-        if (!graph_.exists(a)) detail::refuse_pixel(a);
-        if (!is_side(s)) detail::refuse_side(s);
+        check(a, s);
         graph_.unlink(a, s);
     }
 
 private:
+    void check(std::int32_t pixel, side s) const {
+        if (!graph_.exists(pixel)) detail::refuse_pixel(pixel);
+        if (!is_side(s)) detail::refuse_side(s);
+    }
+
     template <payload_column...>
     friend class layered_image;
     explicit link_editor(graph_builder& g) : graph_(g) {}

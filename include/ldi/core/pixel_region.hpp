@@ -39,7 +39,8 @@ public:
     std::size_t size() const { return static_cast<std::size_t>(count()); }
 
     /// Returns the runs of a row; empty for rows outside the lattice.
-    std::span<const run> row(std::int32_t y) const {
+    std::span<const run> row(std::int32_t) const&& = delete;  // the runs would be destroyed with the region
+    std::span<const run> row(std::int32_t y) const& {
         if (y < 0 || y >= height()) return {};
         return {runs_.data() + first_run(y), static_cast<std::size_t>(row_ends_[y] - first_run(y))};
     }

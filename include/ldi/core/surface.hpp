@@ -7,8 +7,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
-    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). make_photo3d()
-    /// requires 0.001 to 1.
+    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). 0 or more;
+    /// make_photo3d() requires 0.001 to 1.
     float max_step = 0.05F;
 
     /// Whether two neighbors with these disparities are on one surface. False if either is NaN.

@@ -109,7 +109,7 @@ private:
     }
     template <executor Executor>
     map run(layer l, const convolution_plan& plan, std::initializer_list<view> sources, Executor& threads) const {
-        map result(plan.output_count, layers_[l].outputs, layers_[l].result_zero_point);
+        map result(plan.output_count(), layers_[l].outputs, layers_[l].result_zero_point);
         run(l, plan, sources, result.values, threads);
         return result;
     }
@@ -160,7 +160,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     buffer<float> result(output_channels * region.size(), unset);
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
-    const auto with_coarser = [&](const map& coarser, std::size_t l) { return upsample(coarser, std::span(levels[l].parent)); };
+    const auto with_coarser = [&](const map& coarser, std::size_t l) { return detail::view_through(coarser, std::span(levels[l].parent)); };
 
     map read(0, input_channels, input_zero_);
     read.values = std::move(input);

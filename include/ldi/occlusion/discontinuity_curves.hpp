@@ -103,11 +103,12 @@ inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides
 namespace detail {
 
 /// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked, the front is not the farther
-/// one, and constraints start inside the lattice.
+/// one, and constraints start inside the lattice and have unit vectors.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
                          const char* where) {
     const auto fail = [where] { raise(error_code::mismatch, where, "curves of this layer", "curves of another one"); };
     const float width = nearest_float(g.width()), height = nearest_float(g.height());
+    const auto is_unit = [](float x, float y) { return std::abs(vector_length(x, y) - 1.0F) < 0.01F; };
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
@@ -117,7 +118,9 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
                 fail();
         }
         for (const growth_constraint& e : c.constraints)
-            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height)) fail();
+            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height && is_unit(e.outward_x, e.outward_y) &&
+                  is_unit(e.perpendicular_x, e.perpendicular_y)))
+                fail();
     }
 }
 

@@ -66,12 +66,19 @@ inline buffer<float> checked_disparity(image_view<const float> disparity) {
 template <payload_column Color, executor Executor>
 single_layer<Color, disparity_column, known_column, matte_column> lift_colors(image_view<const typename Color::scalar> color,
                                                                               image_view<const float> disparity,
-                                                                              surface_rule surface, Executor& threads) {
+                                                                              const photo_facts& facts, Executor& threads) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
               shape_text(color) + " and " + shape_text(disparity));
+    const pinhole_camera& camera = facts.camera;
+    if ((camera.width != 0 || camera.height != 0) &&
+        (static_cast<std::size_t>(camera.width) != columns || static_cast<std::size_t>(camera.height) != rows))
+        raise(error_code::mismatch, "lift", "a camera of " + std::to_string(columns) + " x " + std::to_string(rows) + " pixels",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    if (!(facts.surface.max_step >= 0))
+        raise(error_code::invalid_option, "surface_rule::max_step", "0 or more", to_text(facts.surface.max_step));
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
@@ -81,7 +88,7 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     buffer<float> disparities = checked_disparity(disparity);
     graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), surface, g);
+        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), facts.surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;
@@ -95,14 +102,14 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 ///
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
-/// facts      properties of the photo; their surface rule decides which neighbors are linked
+/// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
-/// Raises mismatch if the images differ in size or have no pixel, invalid_data for a disparity outside
-/// [0, 1], too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if the images or the camera differ in size, or have no pixel; invalid_option for a threshold that is not 0 or
+/// more; invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
-    return detail::lift_colors<color_column>(color, disparity, facts.surface, threads);
+    return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
 /// Lifts a photo with 16 bits per channel.
 template <executor Executor = const serial_executor>
@@ -110,7 +117,7 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
                                                                                 image_view<const float> disparity,
                                                                                 const photo_facts& facts = {},
                                                                                 Executor&& threads = {}) {
-    return detail::lift_colors<color16_column>(color, disparity, facts.surface, threads);
+    return detail::lift_colors<color16_column>(color, disparity, facts, threads);
 }
 
 }}  // namespace ldi

@@ -98,14 +98,19 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. The colors inside the rim
 /// replace it, and its pixels become unknown. The result is in canonical order. Raises invalid_option for a motion that is not 0
-/// or more, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
-/// layers are empty. Linear time.
+/// or more, mismatch if `facts` has a margin or a camera of another size than the lattice, invalid_data for disparities that are
+/// not finite, and too_large for 2^31 pixels or positions; after too_large the layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     if (!(facts.motion >= 0))
         raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
+    const std::int32_t columns = layers.topology().width(), rows = layers.topology().height();
+    if (facts.margin != 0 || facts.camera.width != columns || facts.camera.height != rows)
+        raise(error_code::mismatch, "grow_past_frame", "layers on the lattice of the photo, without a margin",
+              std::to_string(columns) + " x " + std::to_string(rows) + " for a photo of " + std::to_string(facts.camera.width) +
+                  " x " + std::to_string(facts.camera.height) + " with a margin of " + std::to_string(facts.margin));
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
     std::optional<detail::frame_growth> growth;

@@ -98,7 +98,7 @@ outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const
     serial_executor threads;
     std::vector<feature_view> sources;
     for (const input_tensor& t : tensors) sources.push_back(t.source());
-    outcome result{floats(plan.output_count * weights.outputs, untouched), buffer<std::uint8_t>(plan.output_count, 99)};
+    outcome result{floats(plan.output_count() * weights.outputs, untouched), buffer<std::uint8_t>(plan.output_count(), 99)};
     if (is_partial)
         convolve_partially(plan, weights, sources, result.values, result.mask, threads);
     else
@@ -130,15 +130,15 @@ std::size_t some_channels(std::mt19937& random, std::int32_t most) {
 /// Checks the whole result against the definition, and that a restricted plan has the same bits, on every instruction set.
 void check_everywhere(const graph_view& g, const convolution_plan& plan, const indices& centers, const layer& l,
                       const std::vector<input_tensor>& tensors, bool is_partial, std::mt19937& random) {
-    const indices subset = random_subset(random, plan.output_count);
-    std::vector<bool> is_chosen(plan.output_count);
+    const indices subset = random_subset(random, plan.output_count());
+    std::vector<bool> is_chosen(plan.output_count());
     for (const std::int32_t o : subset) is_chosen[static_cast<std::size_t>(o)] = true;
     const convolution_plan restricted = restrict_to(plan, subset);
     for (const isa target : ldi::testing::available_isas()) {
         const conv_f32_weights weights = packed(l, target);
         const outcome whole = run(plan, weights, tensors, is_partial), part = run(restricted, weights, tensors, is_partial);
         bool near = true, same = true;
-        for (std::size_t o = 0; o < plan.output_count; ++o) {
+        for (std::size_t o = 0; o < plan.output_count(); ++o) {
             for (std::size_t c = 0; c < l.outputs; ++c) {
                 const float got = whole.values[o * l.outputs + c], in_part = part.values[o * l.outputs + c];
                 same = same && in_part == (is_chosen[o] ? got : untouched);
@@ -173,7 +173,8 @@ TEST_CASE("a convolution sums over the explored window, on any graph, with any k
             check_everywhere(g, plan_convolution(g, l.kernel_size), all_pixels(g), l, tensors, false, random);
         } else {
             const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
-            check_everywhere(g, plan_convolution(g, l.kernel_size, coarse), coarse.kept, l, tensors, false, random);
+            check_everywhere(g, plan_convolution(g, l.kernel_size, coarse.map), coarse.map.kept().copy(), l, tensors, false,
+                             random);
         }
     });
 }
@@ -184,8 +185,8 @@ TEST_CASE("a partial convolution divides its sum by the share of existing, unmas
         const coarsened coarse = coarsen(g, orphan_rule::stay);
         std::vector<input_tensor> tensors;
         if (testing::chance(random, 60)) {  // upsampled from the coarser level
-            const std::size_t channels = some_channels(random, 7), count = coarse.kept.size();
-            tensors.push_back({random_floats(random, count * channels), channels, coarse.parent, {}});
+            const std::size_t channels = some_channels(random, 7), count = coarse.map.kept().size();
+            tensors.push_back({random_floats(random, count * channels), channels, coarse.map.parent().copy(), {}});
             if (testing::chance(random, 50)) tensors.back().mask = random_mask(random, count);
         }
         const std::size_t channels = some_channels(random, 7);
@@ -198,7 +199,8 @@ TEST_CASE("a partial convolution divides its sum by the share of existing, unmas
         if (testing::chance(random, 70))
             check_everywhere(g, plan_convolution(g, l.kernel_size), all_pixels(g), l, tensors, true, random);
         else
-            check_everywhere(g, plan_convolution(g, l.kernel_size, coarse), coarse.kept, l, tensors, true, random);
+            check_everywhere(g, plan_convolution(g, l.kernel_size, coarse.map), coarse.map.kept().copy(), l, tensors, true,
+                             random);
     });
 }
 
@@ -244,7 +246,7 @@ TEST_CASE("the bits of a result depend neither on the number of threads nor on l
     for (const isa target : ldi::testing::available_isas()) {
         const conv_f32_weights weights = packed(l, target);
         const convolution_plan plan = plan_convolution(g, 5), cut_plan = plan_convolution(cut, 5);
-        CHECK(cut_plan.irregular.size() == g.size());
+        CHECK(cut_plan.irregular().size() == g.size());
         floats serial(g.size() * 37), parallel(g.size() * 37), gathered(g.size() * 37);
         serial_executor one;
         thread_pool three(3);
@@ -292,7 +294,7 @@ TEST_CASE("a convolution of bytes matches the convolution of the numbers that th
     testing::for_random_graphs(46, 100, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
-        const indices parents = coarsen(g, orphan_rule::stay).parent;
+        const indices parents = coarsen(g, orphan_rule::stay).map.parent();
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
         // All weights are integers and the largest of every output is 63, so that quantization rounds none of them.
@@ -309,16 +311,16 @@ TEST_CASE("a convolution of bytes matches the convolution of the numbers that th
             return bytes;
         };
         floats coarse_floats, fine_floats;
-        const buffer<std::uint8_t> coarse_bytes = any_bytes(coarse.kept.size() * above, quantized[0], coarse_floats),
+        const buffer<std::uint8_t> coarse_bytes = any_bytes(coarse.map.kept().size() * above, quantized[0], coarse_floats),
                                    fine_bytes = any_bytes(g.size() * beside, quantized[1], fine_floats);
         const convolution_plan plan =
-            testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse);
+            testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse.map);
         const feature_view exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};
         const basic_feature_view<std::uint8_t> sources[] = {{coarse_bytes, above, parents, {}, quantized[0].values.zero_point},
                                                             {fine_bytes, beside, {}, {}, quantized[1].values.zero_point}};
         serial_executor threads;
-        floats expected(plan.output_count * l.outputs), numbers(expected.size());
-        buffer<std::uint8_t> bytes(expected.size()), expected_mask(plan.output_count), mask(plan.output_count);
+        floats expected(plan.output_count() * l.outputs), numbers(expected.size());
+        buffer<std::uint8_t> bytes(expected.size()), expected_mask(plan.output_count()), mask(plan.output_count());
         convolve_partially(plan, packed(l, best_isa()), exact_sources, expected, expected_mask, threads);
         const quantization of_numbers{2.0F, 0}, of_bytes{64.0F, 100};
         for (const isa target : ldi::testing::available_isas()) {

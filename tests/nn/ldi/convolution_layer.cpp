@@ -5,6 +5,7 @@
 #include <ldi/nn/ldi/pooling.hpp>
 
 #include "tests/support/counted_memory.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/random_features.hpp"
 #include "tests/support/sketched_graph.hpp"
 
@@ -13,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <span>
+#include <vector>
 
 using namespace ldi;
 using ldi::testing::random_features;
@@ -41,8 +44,8 @@ struct small_unet {
         const coarsened half = coarsen(g);
         const convolution_plan fine = plan_convolution(g, 3), coarse = plan_convolution(half.topology, 3);
         const feature_map skip = encode(fine, input, threads);
-        const feature_map below = middle(coarse, average_pool(skip, half, threads), threads);
-        const feature_map up = decode(fine, {upsample(below, half.parent), skip}, threads);
+        const feature_map below = middle(coarse, average_pool(skip, half.map, threads), threads);
+        const feature_map up = decode(fine, {upsample(below, half.map), skip}, threads);
         return sigmoid(result(plan_convolution(g, 1), add(up, skip, threads), threads), threads);
     }
 };
@@ -59,10 +62,10 @@ TEST_CASE("a layer computes the same as convolve() and convolve_partially()") {
         const feature_view sources[] = {input};
         const conv_f32_weights packed = pack_convolution(best_isa(), weights, bias, k, relu);
         const coarsened half = coarsen(g);
-        for (const convolution_plan& plan : {plan_convolution(g, k), plan_convolution(g, k, half)})
+        for (const convolution_plan& plan : {plan_convolution(g, k), plan_convolution(g, k, half.map)})
             for (const bool is_partial : {false, true}) {
                 const convolution_layer layer(weights, bias, {.kernel_size = k, .after = relu, .is_partial = is_partial});
-                buffer<float> expected(plan.output_count * 7);
+                buffer<float> expected(plan.output_count() * 7);
                 if (is_partial)
                     convolve_partially(plan, packed, sources, expected);
                 else
@@ -78,10 +81,11 @@ TEST_CASE("in a plain convolution, reading several maps equals reading their con
     testing::for_random_graphs(51, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened half = coarsen(g);
-        const feature_map coarse = random_features(random, half.kept.size(), 2), fine = random_features(random, g.size(), 3);
+        const feature_map coarse = random_features(random, half.map.kept().size(), 2),
+                          fine = random_features(random, g.size(), 3);
         const convolution_layer layer = random_layer(random, 5, 6);
         const convolution_plan plan = plan_convolution(g, 3);
-        const feature_view above = upsample(coarse, half.parent);
+        const feature_view above = upsample(coarse, half.map);
         CHECK(layer(plan, {above, fine}).values == layer(plan, concatenate({above, fine})).values);
     });
 }
@@ -94,7 +98,7 @@ TEST_CASE("on a grid, a U-Net's layers match image convolutions") {
     const feature_map image = random_features(random, g.size(), 3);
     const coarsened half = coarsen(g);
     const convolution_layer plain(weights, bias, {.after = relu}), partial(weights, bias, {.after = relu, .is_partial = true});
-    const feature_map same = plain(plan_convolution(g, 3), image), halved = plain(plan_convolution(g, 3, half), image),
+    const feature_map same = plain(plan_convolution(g, 3), image), halved = plain(plan_convolution(g, 3, half.map), image),
                       averaged = partial(plan_convolution(g, 3), image);
     double worst = 0.0, worst_partial = 0.0;
     bool strided = true;
@@ -130,10 +134,10 @@ TEST_CASE("the example at the top of convolution_layer.hpp compiles and runs as 
 
     const ldi::coarsened half = ldi::coarsen(g);
     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
-    const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half), fine);  // stride 2
-    const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.parent), fine});
+    const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half.map), fine);  // stride 2
+    const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.map), fine});
 
-    CHECK((coarse.pixels() == half.kept.size() && coarse.channels == 5));
+    CHECK((coarse.pixels() == half.map.kept().size() && coarse.channels == 5));
     CHECK((result.pixels() == g.size() && result.channels == 2));
 }
 
@@ -189,4 +193,25 @@ TEST_CASE("if any allocation in a U-Net fails, all its memory is released") {
         REQUIRE(memory.bytes == 0);
     }
     CHECK(tried > 30);
+}
+
+TEST_CASE("a layer refuses another kernel size or number of weights, and a plan or maps that do not fit it") {
+    const std::vector<float> weights(2 * 3 * 9), bias(2), nothing;
+    const auto error_of = [](auto&& run) { return ldi::testing::raised(run); };
+    using weights_view = std::span<const float>;
+    for (const std::int32_t size : {-3, 0, 2, 4, 17})
+        CHECK(error_of([&] { ldi::convolution_layer(weights, bias, {.kernel_size = size}); }) == ldi::error_code::invalid_option);
+    CHECK(error_of([&] { ldi::convolution_layer(weights_view(weights).first(53), bias); }) == ldi::error_code::mismatch);
+    CHECK(error_of([&] { ldi::convolution_layer(weights, nothing); }) == ldi::error_code::mismatch);
+    CHECK(error_of([&] { ldi::convolution_layer(nothing, bias); }) == ldi::error_code::mismatch);
+
+    const ldi::convolution_layer layer(weights, bias);
+    const ldi::graph g = ldi::make_grid(8, 8);
+    const ldi::feature_map three(g.size(), 3), two(g.size(), 2), fewer(63, 3);
+    CHECK_FALSE(error_of([&] { layer(ldi::plan_convolution(g, 3), three); }));
+    CHECK(error_of([&] { layer(ldi::plan_convolution(g, 5), three); }) == ldi::error_code::mismatch);
+    CHECK(error_of([&] { layer(ldi::plan_convolution(g, 3), two); }) == ldi::error_code::mismatch);
+    CHECK(error_of([&] { layer(ldi::plan_convolution(g, 3), fewer); }) == ldi::error_code::mismatch);
+    CHECK(error_of([&] { layer(ldi::plan_convolution(g, 3), {three, two}); }) == ldi::error_code::mismatch);
+    CHECK(error_of([&] { layer(ldi::convolution_plan(), three); }) == ldi::error_code::mismatch);
 }

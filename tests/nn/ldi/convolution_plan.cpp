@@ -19,28 +19,28 @@ using indices = buffer<std::int32_t>;
 
 /// Windows of all outputs of a plan; empty for outputs outside the plan.
 std::vector<indices> windows_of(const convolution_plan& plan) {
-    std::vector<indices> windows(plan.output_count);
-    const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
+    std::vector<indices> windows(plan.output_count());
+    const std::size_t k = static_cast<std::size_t>(plan.kernel_size());
     const auto add = [&](std::int32_t output, indices window) {
         indices& there = windows.at(static_cast<std::size_t>(output));
         REQUIRE(there.empty());  // nothing is computed twice
         there = std::move(window);
     };
-    for (std::size_t s = 0; s < plan.segments.size(); ++s) {
-        if (s > 0) REQUIRE(plan.segments[s].first >= plan.segments[s - 1].first + plan.segments[s - 1].count);
-        for (std::int32_t i = 0; i < plan.segments[s].count; ++i) {
+    for (std::size_t s = 0; s < plan.segments().size(); ++s) {
+        if (s > 0) REQUIRE(plan.segments()[s].first >= plan.segments()[s - 1].first + plan.segments()[s - 1].count);
+        for (std::int32_t i = 0; i < plan.segments()[s].count; ++i) {
             indices window;
             for (std::size_t r = 0; r < k; ++r)
-                for (std::int32_t x = 0; x < plan.kernel_size; ++x)
-                    window.push_back(plan.rows[s * k + r] + plan.stride * i + x - plan.kernel_size / 2);
-            add(plan.segments[s].first + i, std::move(window));
+                for (std::int32_t x = 0; x < plan.kernel_size(); ++x)
+                    window.push_back(plan.rows_of(s)[r] + plan.stride() * i + x - plan.kernel_size() / 2);
+            add(plan.segments()[s].first + i, std::move(window));
         }
     }
-    REQUIRE(std::is_sorted(plan.irregular.begin(), plan.irregular.end()));
-    REQUIRE(plan.windows.size() == plan.irregular.size() * plan.elements());
-    for (std::size_t i = 0; i < plan.irregular.size(); ++i) {
-        const auto window = plan.windows.begin() + static_cast<std::ptrdiff_t>(i * plan.elements());
-        add(plan.irregular[i], indices(window, window + static_cast<std::ptrdiff_t>(plan.elements())));
+    REQUIRE(std::is_sorted(plan.irregular().begin(), plan.irregular().end()));
+    REQUIRE(plan.windows().size() == plan.irregular().size() * plan.elements());
+    for (std::size_t i = 0; i < plan.irregular().size(); ++i) {
+        const auto window = plan.windows().begin() + i * plan.elements();
+        add(plan.irregular()[i], indices(window, window + plan.elements()));
     }
     return windows;
 }
@@ -51,7 +51,7 @@ indices explored(const graph_view& g, std::int32_t pixel, std::int32_t kernel_si
     return window;
 }
 
-indices random_subset(std::mt19937& random, std::size_t count) {
+indices subset_of_random_size(std::mt19937& random, std::size_t count) {
     indices subset;
     const std::int32_t percent = testing::below(random, 101);
     bool chosen = false;
@@ -75,13 +75,13 @@ TEST_CASE("a plan contains the same windows as exploration, for every pixel of a
         for (std::size_t i = 0; i < g.size(); ++i)
             same = same && windows[i] == explored(g, static_cast<std::int32_t>(i), kernel_size);
         REQUIRE(same);
-        in_segments += g.size() - plan.irregular.size();
+        in_segments += g.size() - plan.irregular().size();
 
         const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
-        windows = windows_of(plan_convolution(g, kernel_size, coarse));
-        REQUIRE(windows.size() == coarse.kept.size());
-        for (std::size_t o = 0; o < coarse.kept.size(); ++o)
-            same = same && windows[o] == explored(g, coarse.kept[o], kernel_size);
+        windows = windows_of(plan_convolution(g, kernel_size, coarse.map));
+        REQUIRE(windows.size() == coarse.map.kept().size());
+        for (std::size_t o = 0; o < coarse.map.kept().size(); ++o)
+            same = same && windows[o] == explored(g, coarse.map.kept()[o], kernel_size);
         REQUIRE(same);
     });
     CHECK(in_segments > 10000);
@@ -106,42 +106,71 @@ TEST_CASE("kernel sizes other than 1, 3, ..., 15 are refused") {
     for (const std::int32_t kernel_size : {std::numeric_limits<std::int32_t>::min(), -3, 0, 2, 14, 16, 17}) {
         CAPTURE(kernel_size);
         CHECK(raised([&] { plan_convolution(g, kernel_size); }) == error_code::invalid_option);
-        CHECK(raised([&] { plan_convolution(g, kernel_size, coarse); }) == error_code::invalid_option);
+        CHECK(raised([&] { plan_convolution(g, kernel_size, coarse.map); }) == error_code::invalid_option);
     }
-    CHECK_FALSE(raised([&] { plan_convolution(g, 15, coarse); }));
+    CHECK_FALSE(raised([&] { plan_convolution(g, 15, coarse.map); }));
 }
 
-TEST_CASE("a plan with stride 2 refuses the coarse graph of another graph") {
+TEST_CASE("a plan with stride 2 refuses the map of another graph") {
     const graph g = make_grid(20, 20);
-    const auto result_of = [&](const coarsened& coarse) { return raised([&] { plan_convolution(g, 3, coarse); }); };
+    const auto result_of = [&](const coarsened& coarse) { return raised([&] { plan_convolution(g, 3, coarse.map); }); };
     for (const auto& [width, height] : {std::pair{20, 18}, {18, 20}, {40, 40}, {2, 2}, {400, 1}, {1, 400}, {40, 10}}) {
         CAPTURE(width, height);
         const graph other = make_grid(width, height);
         CHECK(result_of(coarsen(other)) == error_code::mismatch);
     }
     CHECK(result_of({}) == error_code::mismatch);
-    coarsened damaged = coarsen(g);
-    damaged.kept.back() = 400;
-    CHECK(result_of(damaged) == error_code::mismatch);
-    damaged = coarsen(g);
-    damaged.kept.resize(99);
-    CHECK(result_of(damaged) == error_code::mismatch);
-    damaged = coarsen(g);
-    std::reverse(damaged.parent.begin(), damaged.parent.end());
-    CHECK(result_of(damaged) == error_code::mismatch);
+    layered_image<> reversed(make_grid(20, 20));
+    buffer<std::int32_t> order(g.size());
+    for (std::int32_t i = 0; i < order.count(); ++i) order[i] = order.count() - 1 - i;
+    reversed.reorder(order);
+    CHECK(result_of(coarsen(reversed.topology())) == error_code::mismatch);
     CHECK_FALSE(result_of(coarsen(g)));
 }
+
+TEST_CASE("restrict_to() refuses outputs that are not ascending or not in the plan") {
+    const graph g = make_grid(20, 20);
+    const convolution_plan plan = plan_convolution(g, 3);
+    const auto result_of = [&](const convolution_plan& p, const indices& outputs) {
+        CHECK(raised([&] { restrict_to(p, outputs); }) == raised([&] { restrict_and_renumber(p, outputs); }));
+        return raised([&] { restrict_to(p, outputs); });
+    };
+    CHECK_FALSE(result_of(plan, {}));
+    CHECK_FALSE(result_of(plan, {0, 19, 50, 51, 399}));
+    for (const indices& outputs : {indices{400}, {-1}, {0, 0}, {1, 0}, {399, 398}, {50, 50}, {51, 50}, {100, 50}, {50, 1000}}) {
+        CAPTURE(outputs);
+        CHECK(result_of(plan, outputs) == error_code::mismatch);
+    }
+    CHECK(result_of(restrict_to(plan, indices{0, 50, 51, 399}), {52}) == error_code::mismatch);
+}
+
+template <class Plan>
+constexpr bool can_change_plan = requires(Plan p) {
+    p.segments()[0] = {};
+}
+|| requires(Plan p) { p.irregular()[0] = 0; }
+|| requires(Plan p) { p.windows()[0] = 0; }
+|| requires(Plan p) { p.rows_of(0)[0] = 0; };
+template <class Plan>
+constexpr bool plan_shows_temporary_values = requires {
+    Plan().segments();
+}
+|| requires { Plan().irregular(); }
+|| requires { Plan().windows(); }
+|| requires { Plan().rows_of(0); }
+|| requires { Plan().window_of(0); };
+static_assert(!can_change_plan<convolution_plan> && !plan_shows_temporary_values<convolution_plan>);
 
 TEST_CASE("on a grid, all pixels except those near the border are regular, in one segment per row") {
     const graph g = make_grid(200, 50);
     for (const std::int32_t kernel_size : {3, 5, 7}) {
         const convolution_plan plan = plan_convolution(g, kernel_size);
         const std::size_t rows = static_cast<std::size_t>(50 - (kernel_size - 1));
-        CHECK(plan.segments.size() == rows);
-        CHECK(plan.irregular.size() == 200 * 50 - rows * static_cast<std::size_t>(200 - (kernel_size - 1)));
-        const convolution_plan halved = plan_convolution(g, kernel_size, coarsen(g, orphan_rule::adopt_nearest));
-        CHECK(halved.output_count == 100 * 25);
-        CHECK(halved.segments.size() == rows / 2);
+        CHECK(plan.segments().size() == rows);
+        CHECK(plan.irregular().size() == 200 * 50 - rows * static_cast<std::size_t>(200 - (kernel_size - 1)));
+        const convolution_plan halved = plan_convolution(g, kernel_size, coarsen(g, orphan_rule::adopt_nearest).map);
+        CHECK(halved.output_count() == 100 * 25);
+        CHECK(halved.segments().size() == rows / 2);
     }
 }
 
@@ -167,8 +196,8 @@ TEST_CASE(
         const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);
         const convolution_plan plan = testing::chance(random, 50)
                                           ? plan_convolution(g, kernel_size)
-                                          : plan_convolution(g, kernel_size, coarsen(g, orphan_rule::adopt_nearest));
-        const indices subset = random_subset(random, plan.output_count);
+                                          : plan_convolution(g, kernel_size, coarsen(g, orphan_rule::adopt_nearest).map);
+        const indices subset = subset_of_random_size(random, plan.output_count());
         const convolution_plan restricted = restrict_to(plan, subset);
         const std::vector<indices> all = windows_of(plan), some = windows_of(restricted);
         std::vector<indices> expected(all.size());

@@ -18,12 +18,12 @@ TEST_CASE("add() sums maps pixel by pixel, and reads zero from an upsampled map 
         const coarsened half = coarsen(layers.topology());
         const feature_map a = random_features(random, layers.topology().size(), 3),
                           b = random_features(random, layers.topology().size(), 3),
-                          coarse = random_features(random, half.kept.size(), 3);
-        const feature_map beside = add(a, b), above = add(a, upsample(coarse, half.parent));
+                          coarse = random_features(random, half.map.kept().size(), 3);
+        const feature_map beside = add(a, b), above = add(a, upsample(coarse, half.map));
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(a.pixels()); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 CHECK(beside.at(i)[c] == a.at(i)[c] + b.at(i)[c]);
-                const std::int32_t parent = half.parent[i];
+                const std::int32_t parent = half.map.parent()[i];
                 CHECK(above.at(i)[c] == a.at(i)[c] + (parent == no_pixel ? 0.0F : coarse.at(parent)[c]));
             }
     });
@@ -32,13 +32,13 @@ TEST_CASE("add() sums maps pixel by pixel, and reads zero from an upsampled map 
 TEST_CASE("concatenate() joins the channels of maps in order, and reads zero at pixels without a parent") {
     testing::for_random_graphs(21, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology());
-        const feature_map coarse = random_features(random, half.kept.size(), 2),
+        const feature_map coarse = random_features(random, half.map.kept().size(), 2),
                           fine = random_features(random, layers.topology().size(), 3);
-        const feature_map both = concatenate({upsample(coarse, half.parent), fine});
+        const feature_map both = concatenate({upsample(coarse, half.map), fine});
         REQUIRE(both.channels == 5);
         REQUIRE(both.pixels() == layers.topology().size());
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(both.pixels()); ++i) {
-            const std::int32_t parent = half.parent[i];
+            const std::int32_t parent = half.map.parent()[i];
             for (std::size_t c = 0; c < 2; ++c) CHECK(both.at(i)[c] == (parent == no_pixel ? 0.0F : coarse.at(parent)[c]));
             for (std::size_t c = 0; c < 3; ++c) CHECK(both.at(i)[2 + c] == fine.at(i)[c]);
         }
@@ -49,8 +49,8 @@ TEST_CASE("on a grid, upsampling repeats each pixel of the coarse image") {
     std::mt19937 random(22);
     const graph g = make_grid(13, 7);
     const coarsened half = coarsen(g);
-    const feature_map coarse = random_features(random, half.kept.size(), 2);
-    const feature_map fine = concatenate({upsample(coarse, half.parent)});
+    const feature_map coarse = random_features(random, half.map.kept().size(), 2);
+    const feature_map fine = concatenate({upsample(coarse, half.map)});
     for (std::int32_t y = 0; y < 7; ++y)
         for (std::int32_t x = 0; x < 13; ++x)
             for (std::size_t c = 0; c < 2; ++c) CHECK(fine.at(y * 13 + x)[c] == coarse.at(y / 2 * 7 + x / 2)[c]);
@@ -129,15 +129,15 @@ TEST_CASE("addition, concatenation and ReLU of byte maps respect the maps' zero 
             return map;
         };
         const auto a = random_bytes(layers.topology().size(), 10), b = random_bytes(a.pixels(), 200),
-                   coarse = random_bytes(half.kept.size(), 200), joined = random_bytes(a.pixels(), 10);
-        const auto beside = add(a, b, sum), above = add(a, upsample(coarse, half.parent), sum);
+                   coarse = random_bytes(half.map.kept().size(), 200), joined = random_bytes(a.pixels(), 10);
+        const auto beside = add(a, b, sum), above = add(a, upsample(coarse, half.map), sum);
         const auto both = concatenate({basic_feature_view<std::uint8_t>(a), basic_feature_view<std::uint8_t>(joined)});
         const auto cut = activate(a, relu);
         REQUIRE((beside.zero == 90 && both.channels == 6));
         for (std::int32_t i = 0; i < layers.topology().count(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 CHECK(beside.at(i)[c] == add_quantized(a.at(i)[c], b.at(i)[c], exact));
-                const std::int32_t parent = half.parent[i];
+                const std::int32_t parent = half.map.parent()[i];
                 CHECK(above.at(i)[c] == add_quantized(a.at(i)[c], parent == no_pixel ? 200 : coarse.at(parent)[c], exact));
                 CHECK((both.at(i)[c] == a.at(i)[c] && both.at(i)[3 + c] == joined.at(i)[c]));
                 CHECK(cut.at(i)[c] == (std::max)(a.at(i)[c], std::uint8_t{10}));

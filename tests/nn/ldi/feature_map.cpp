@@ -35,9 +35,28 @@ TEST_CASE("a view of a feature map refers to the map's memory") {
 TEST_CASE("an upsampled map has one pixel per pixel of the finer graph, and each reads its parent's row") {
     testing::for_random_graphs(3, 50, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology());
-        const feature_map coarse = testing::random_features(random, half.kept.size(), 2);
-        const feature_view fine = upsample(coarse, half.parent);
+        const feature_map coarse = testing::random_features(random, half.map.kept().size(), 2);
+        const feature_view fine = upsample(coarse, half.map);
         CHECK(fine.pixels() == layers.topology().size());
-        for (std::size_t i = 0; i < half.parent.size(); ++i) CHECK(fine.row_of(static_cast<std::int32_t>(i)) == half.parent[i]);
+        for (std::size_t i = 0; i < half.map.parent().size(); ++i)
+            CHECK(fine.row_of(static_cast<std::int32_t>(i)) == half.map.parent()[i]);
     });
 }
+
+TEST_CASE("upsample() refuses the map of another level") {
+    const coarsened half = coarsen(make_grid(8, 8)), quarter = coarsen(half.topology);
+    const feature_map coarse(quarter.map.kept().size(), 1);
+    CHECK(upsample(coarse, quarter.map).pixels() == 16);
+    CHECK(testing::raised([&] { upsample(coarse, half.map); }) == error_code::mismatch);  // skips a level
+    const level_map nothing;
+    CHECK(testing::raised([&] { upsample(coarse, nothing); }) == error_code::mismatch);
+}
+
+// Views of temporaries, which must not compile.
+template <class Map>
+constexpr bool shows_temporary_values = requires {
+    Map(1, 1).at(0);
+}
+|| requires(const level_map& m) { upsample(Map(1, 1), m); }
+|| requires(const Map& f) { upsample(f, coarsen(make_grid(2, 2)).map); };
+static_assert(!shows_temporary_values<feature_map> && !shows_temporary_values<basic_feature_map<std::uint8_t>>);

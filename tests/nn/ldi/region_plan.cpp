@@ -14,40 +14,40 @@ using ldi::testing::region_of;
 namespace {
 
 /// The windows of all outputs. Requires that each is computed once, and that segments ascend.
-std::vector<buffer<std::int32_t>> windows_of(const convolution_plan& plan) {
-    std::vector<buffer<std::int32_t>> windows(plan.output_count);
+std::vector<buffer<std::int32_t>> windows_in(const convolution_plan& plan) {
+    std::vector<buffer<std::int32_t>> windows(plan.output_count());
     const auto add = [&](std::int32_t output, buffer<std::int32_t> window) {
         REQUIRE(windows.at(static_cast<std::size_t>(output)).empty());
         windows[static_cast<std::size_t>(output)] = std::move(window);
     };
-    for (std::size_t s = 0; s < plan.segments.size(); ++s) {
-        if (s > 0) REQUIRE(plan.segments[s].first >= plan.segments[s - 1].first + plan.segments[s - 1].count);
-        for (std::int32_t i = 0; i < plan.segments[s].count; ++i) {
+    for (std::size_t s = 0; s < plan.segments().size(); ++s) {
+        if (s > 0) REQUIRE(plan.segments()[s].first >= plan.segments()[s - 1].first + plan.segments()[s - 1].count);
+        for (std::int32_t i = 0; i < plan.segments()[s].count; ++i) {
             buffer<std::int32_t> window;
             for (const std::int32_t row : plan.rows_of(s))
-                for (std::int32_t x = 0; x < plan.kernel_size; ++x)
-                    window.push_back(row + plan.stride * i + x - plan.kernel_size / 2);
-            add(plan.segments[s].first + i, std::move(window));
+                for (std::int32_t x = 0; x < plan.kernel_size(); ++x)
+                    window.push_back(row + plan.stride() * i + x - plan.kernel_size() / 2);
+            add(plan.segments()[s].first + i, std::move(window));
         }
     }
-    for (std::size_t i = 0; i < plan.irregular.size(); ++i) {
-        if (i > 0) REQUIRE(plan.irregular[i] > plan.irregular[i - 1]);
-        add(plan.irregular[i], {plan.window_of(i).begin(), plan.window_of(i).end()});
+    for (std::size_t i = 0; i < plan.irregular().size(); ++i) {
+        if (i > 0) REQUIRE(plan.irregular()[i] > plan.irregular()[i - 1]);
+        add(plan.irregular()[i], {plan.window_of(i).begin(), plan.window_of(i).end()});
     }
     return windows;
 }
 
 void check_windows(const convolution_plan& plan, const image<std::uint8_t>& marks, const pixel_region& outputs) {
-    REQUIRE(plan.output_count == outputs.size());
-    const std::vector<buffer<std::int32_t>> windows = windows_of(plan);
-    const std::int32_t radius = plan.kernel_size / 2;
+    REQUIRE(plan.output_count() == outputs.size());
+    const std::vector<buffer<std::int32_t>> windows = windows_in(plan);
+    const std::int32_t radius = plan.kernel_size() / 2;
     for (std::int32_t y = 0; y < outputs.height(); ++y)
         for (const pixel_region::run& run : outputs.row(y))
             for (std::int32_t x = run.first; x < run.last; ++x) {
                 buffer<std::int32_t> expected;
                 for (std::int32_t v = -radius; v <= radius; ++v)
                     for (std::int32_t u = -radius; u <= radius; ++u)
-                        expected.push_back(number_in(marks, plan.stride * x + u, plan.stride * y + v));
+                        expected.push_back(number_in(marks, plan.stride() * x + u, plan.stride() * y + v));
                 CHECK(windows[static_cast<std::size_t>(run.pixel_at(x))] == expected);
             }
 }
@@ -64,7 +64,7 @@ TEST_CASE("a plan for a pixel region contains the windows of the lattice, withou
                 const convolution_plan same = plan_convolution(region, kernel_size);
                 check_windows(same, marks, region);
                 check_windows(plan_convolution(region, kernel_size, half), marks, half);
-                segments += same.segments.size(), irregular += same.irregular.size();
+                segments += same.segments().size(), irregular += same.irregular().size();
             }
     CHECK(segments > 100);
     CHECK(irregular > 100);

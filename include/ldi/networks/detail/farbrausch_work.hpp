@@ -48,10 +48,10 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         const regular_pixels regular(g, 3, strips);
         level.average = plan_all(g, 3, regular);
         if (i == depth) break;
-        coarsened next = coarsen(g);
-        level.average_coarse = plan_kept(g, 3, next, regular);
-        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next, regular_pixels(g, kernels[i], strips));
-        level.above = std::move(next.parent);
+        coarsened next = coarsen_sound(g, orphan_rule::stay);
+        level.average_coarse = plan_kept(g, 3, next.map, regular);
+        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next.map, regular_pixels(g, kernels[i], strips));
+        level.above = std::move(next.map).parent();
         coarse = std::move(next.topology);
     }
 

@@ -51,16 +51,17 @@ inline masked_color average_of(masked_color sum) noexcept {
 /// plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
-    LDI_ASSERT(plan.kernel_size == 3);
-    parallel_for(threads, plan.segments.size(), 256, [&](std::size_t begin, std::size_t end) {
+    LDI_ASSERT(plan.kernel_size() == 3);
+    parallel_for(threads, plan.segments().size(), 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t s = begin; s < end; ++s) {
-            const std::int32_t upper = plan.rows[3 * s], middle = plan.rows[3 * s + 1], lower = plan.rows[3 * s + 2];
+            const std::span<const std::int32_t> rows = plan.rows_of(s);
+            const std::int32_t upper = rows[0], middle = rows[1], lower = rows[2];
             const auto column = [&](std::int32_t x) noexcept {
                 return (value(upper + x) + value(middle + x)) + value(lower + x);
             };
-            const convolution_plan::segment segment = plan.segments[s];
+            const convolution_plan::segment segment = plan.segments()[s];
             masked_color left = column(-1);
-            if (plan.stride == 2) {
+            if (plan.stride() == 2) {
                 for (std::int32_t i = 0; i < segment.count; ++i) {
                     const masked_color center = column(2 * i), right = column(2 * i + 1);
                     store(segment.first + i, average_of((left + center) + right));
@@ -76,14 +77,14 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
             }
         }
     });
-    parallel_for(threads, plan.irregular.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    parallel_for(threads, plan.irregular().size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t o = begin; o < end; ++o) {
-            const std::int32_t* const window = plan.windows.data() + 9 * o;
+            const std::span<const std::int32_t> window = plan.window_of(o);
             const auto at = [&](std::size_t element) noexcept {
                 return window[element] == no_pixel ? masked_color{} : value(window[element]);
             };
             const auto column = [&](std::size_t x) noexcept { return (at(x) + at(3 + x)) + at(6 + x); };
-            store(plan.irregular[o], average_of((column(0) + column(1)) + column(2)));
+            store(plan.irregular()[o], average_of((column(0) + column(1)) + column(2)));
         }
     });
 }

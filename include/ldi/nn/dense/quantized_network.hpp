@@ -1,6 +1,6 @@
-// Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
-// "Quantization"). The constructor checks the description completely, so that run() can fail only because of the input's size
-// or number of channels.
+// Runs a network of 8-bit convolutions, additions and nearest-neighbor upsampling (paper, section "Depth Estimation",
+// "Quantization"). The constructor checks the description completely, so that run() can fail only because of the input's size or
+// number of channels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -111,7 +111,8 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// Runs the network layer by layer and shows the intermediate results. Returns the same result as run(), but is slower.
+    /// Runs the network layer by layer and passes the intermediate results to `observe`. Returns the same result as run(), but is
+    /// slower.
     ///
     /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
     ///          the run

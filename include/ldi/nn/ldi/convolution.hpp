@@ -4,6 +4,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/kernels/conv_f32.hpp>
@@ -18,14 +19,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Transposes outputs x inputs x k x k to outputs x k x k x inputs.
-inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
-    LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
+/// Transposes outputs x inputs x k x k to outputs x k x k x inputs. Raises invalid_option for another kernel size than 1, 3, ...,
+/// max_kernel_size, and mismatch if there are no outputs, or weights for a part of the inputs only.
+inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::int32_t kernel_size) {
+    check_kernel_size(kernel_size);
+    const std::size_t elements = static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size);
+    if (outputs == 0 || weights.empty() || weights.size() % (outputs * elements) != 0)
+        raise(error_code::mismatch, "convolution", "outputs x inputs x " + std::to_string(elements) + " weights",
+              std::to_string(weights.size()) + " weights for " + std::to_string(outputs) + " outputs");
     const std::size_t inputs = weights.size() / (outputs * elements);
     buffer<float> result(weights.size());
     for (std::size_t o = 0; o < outputs; ++o)
@@ -41,11 +48,13 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the total
 ///          number of channels of all sources, concatenated in order
-/// bias     outputs
+/// bias     outputs, 1 or more
+///
+/// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
-    const std::size_t k = static_cast<std::size_t>(kernel_size);
-    return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
+    return pack_conv_f32(target, detail::channels_last(weights, bias.size(), kernel_size), bias,
+                         static_cast<std::size_t>(kernel_size), after);
 }
 
 /// Channels and quantization of a source of bytes.
@@ -54,7 +63,8 @@ struct quantized_source {
     quantization values;
 };
 
-/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63.
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63. Raises
+/// the same errors as pack_convolution().
 ///
 /// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
 /// result   quantization of byte results; float results are in units of result.scale
@@ -62,7 +72,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
                                              std::int32_t kernel_size, activation after,
                                              std::span<const quantized_source> sources, quantization result) {
     const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
-    buffer<float> scaled = detail::channels_last(weights, outputs, k * k);
+    buffer<float> scaled = detail::channels_last(weights, outputs, kernel_size);
     buffer<float> input_scales;
     buffer<std::uint8_t> zero_points;
     for (std::size_t x = 0; x < k; ++x)
@@ -70,7 +80,9 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
             input_scales.resize(input_scales.size() + source.channels, source.values.scale);
             zero_points.resize(zero_points.size() + source.channels, source.values.zero_point);
         }
-    LDI_ASSERT(scaled.size() == outputs * k * input_scales.size());
+    if (scaled.size() != outputs * k * input_scales.size())
+        raise(error_code::mismatch, "convolution", std::to_string(scaled.size() / (outputs * k * k)) + " channels in all sources",
+              std::to_string(input_scales.size() / k));
     const std::size_t inputs = k * input_scales.size();
     buffer<std::int8_t> rounded(scaled.size());
     buffer<float> scales(outputs), result_bias(outputs);
@@ -90,7 +102,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
-/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
+/// result   plan.output_count() x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
@@ -110,7 +122,7 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// are excluded.
 ///
 /// sources, result  as in convolve(), but sources may have masks
-/// result_mask      plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
+/// result_mask      plan.output_count(): 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
                         std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,

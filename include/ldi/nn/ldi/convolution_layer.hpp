@@ -4,8 +4,8 @@
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
-//     const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half), fine);                            // stride 2
-//     const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.parent), fine});
+//     const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half.map), fine);                            // stride 2
+//     const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.map), fine});
 #pragma once
 
 #include <ldi/base/executor.hpp>
@@ -33,7 +33,9 @@ public:
     /// Packs the weights.
     ///
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
-    /// bias     outputs
+    /// bias     outputs, 1 or more
+    ///
+    /// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
@@ -41,13 +43,15 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
+    /// Raises mismatch for a plan of another kernel size, and for maps with other pixels or channels.
+    ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
     ///         empty unless the layer is partial
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
-        feature_map result(plan.output_count, weights_.outputs);
+        feature_map result(plan.output_count(), weights_.outputs);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)
             convolve_partially(plan, weights_, sources, result.values, {}, threads);

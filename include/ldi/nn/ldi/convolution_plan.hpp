@@ -3,11 +3,13 @@
 // silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/level_map.hpp>
 #include <ldi/core/window.hpp>
 #include <ldi/nn/ldi/detail/regular_pixels.hpp>
 
@@ -16,45 +18,94 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
-/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs.
-struct convolution_plan {
-    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
-    /// kernel_size pixels centered at pixel `rows[s * kernel_size + r] + stride * i`, where s is the index of the segment.
-    struct segment {
-        std::int32_t first, count;
-    };
+class convolution_plan;
 
+namespace detail {
+
+/// A run of outputs of a plan.
+struct plan_segment {
+    std::int32_t first, count;
+};
+
+/// The parts of a plan, writable. Functions that plan or renumber fill them.
+struct plan_parts {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;     ///< pixels of the graph
     std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
-    buffer<segment> segments;        ///< in ascending order of outputs
+    buffer<plan_segment> segments;   ///< in ascending order of outputs
     buffer<std::int32_t> rows;       ///< segments x kernel_size
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
-    /// kernel_size as std::size_t.
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
-    /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
+};
+
+plan_parts parts_of(convolution_plan plan);
+
+}  // namespace detail
+
+/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans do not
+/// change, so the pixels and outputs that they name always exist.
+class convolution_plan {
+public:
+    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
+    /// kernel_size pixels centered at pixel `rows_of(s)[r] + stride * i`, where s is the index of the segment.
+    using segment = detail::plan_segment;
+
+    /// Makes a plan without inputs and outputs.
+    convolution_plan() = default;
+    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
+
+    std::int32_t kernel_size() const { return parts_.kernel_size; }
+    std::int32_t stride() const { return parts_.stride; }
+    /// Number of pixels of the graph.
+    std::size_t input_count() const { return parts_.input_count; }
+    /// Number of pixels of the graph or, with stride 2, of the coarse graph.
+    std::size_t output_count() const { return parts_.output_count; }
+    /// kernel_size() as std::size_t.
+    std::size_t k() const { return parts_.k(); }
+    /// Number of pixels per window.
+    std::size_t elements() const { return parts_.elements(); }
+
+    /// The segments, in ascending order of outputs.
+    array_view<const segment> segments() const& { return parts_.segments; }
+    array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
     /// The center pixels of the kernel_size window rows of a segment's first output.
-    std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
-    /// The window of an irregular output, row by row.
-    std::span<const std::int32_t> window_of(std::size_t i) const {
-        return std::span(windows).subspan(i * elements(), elements());
+    std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
+    std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
+    /// The irregular outputs, ascending.
+    array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
+    array_view<const std::int32_t> irregular() const&& = delete;
+    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
+    std::span<const std::int32_t> window_of(std::size_t i) const& {
+        return std::span(parts_.windows).subspan(i * elements(), elements());
     }
+    std::span<const std::int32_t> window_of(std::size_t) const&& = delete;
+    /// The windows of all irregular outputs.
+    array_view<const std::int32_t> windows() const& { return parts_.windows; }
+    array_view<const std::int32_t> windows() const&& = delete;
 
     /// Memory that the plan has allocated, in bytes.
     std::size_t bytes() const {
-        return segments.capacity() * sizeof(segment) +
-               (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
+        return parts_.segments.capacity() * sizeof(segment) +
+               (parts_.rows.capacity() + parts_.irregular.capacity() + parts_.windows.capacity()) * sizeof(std::int32_t);
     }
+
+private:
+    friend detail::plan_parts detail::parts_of(convolution_plan plan);
+
+    detail::plan_parts parts_;
 };
 
 namespace detail {
+
+inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
 
 inline void check_kernel_size(std::int32_t kernel_size) {
     if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
@@ -66,20 +117,19 @@ inline void check_kernel_size(std::int32_t kernel_size) {
 /// share the kernels' tiles.
 inline constexpr std::int32_t min_segment = 4;
 
-inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
-                        std::int32_t shift) {
+inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::int32_t> rows, std::int32_t shift) {
     plan.segments.push_back(s);
     for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
 }
 
-inline void add_irregular(convolution_plan& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
+inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
     plan.irregular.push_back(output);
     plan.windows.resize(plan.windows.size() + plan.elements());
     gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
 }
 
 inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
-    convolution_plan plan;
+    plan_parts plan;
     plan.kernel_size = kernel_size;
     plan.input_count = plan.output_count = g.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
@@ -88,41 +138,35 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
         return true;
     });
     regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
-    return plan;
+    return convolution_plan(std::move(plan));
 }
 
-inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse,
-                                  regular_pixels regular) {
-    convolution_plan plan;
-    plan.kernel_size = kernel_size, plan.stride = 2;
-    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
     const auto refuse = [&](const std::string& found) {
-        raise(error_code::mismatch, "plan_convolution", "the result of coarsen() for this graph", found);
+        raise(error_code::mismatch, "plan_convolution", "the map of the result of coarsen() for this graph", found);
     };
-    if (coarse.parent.size() != g.size())
-        refuse("that of a graph of " + std::to_string(coarse.parent.size()) + " instead of " + std::to_string(g.size()) +
-               " pixels");
-    const graph& half = coarse.topology;
-    if (half.width() != detail::half_rounded_up(g.width()) || half.height() != detail::half_rounded_up(g.height()) ||
-        half.size() != coarse.kept.size())
-        refuse("that of another lattice");
-    // `kept` is ascending, so all its pixels exist if the first and the last one do.
-    if (!coarse.kept.empty() && (coarse.kept.front() < 0 || coarse.kept.back() >= g.count())) refuse("that of a larger graph");
+    const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
+    if (parent.size() != g.size())
+        refuse("that of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
+    if (map.width() != g.width() || map.height() != g.height()) refuse("that of another lattice");
+    plan_parts plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = all_kept.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
-        const std::int32_t output = coarse.parent[first + odd];
-        if (output < 0 || output > coarse.kept.count() - kept || coarse.kept[output] != first + odd ||
-            coarse.kept[output + kept - 1] != first + odd + 2 * (kept - 1))
+        const std::int32_t output = parent[first + odd];
+        if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
+            all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
             refuse("that of another graph");
         add_segment(plan, {output, kept}, rows, odd);
         return true;
     });
-    for (std::int32_t o = 0; o < coarse.kept.count(); ++o)
-        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, o, coarse.kept[o]);
-    return plan;
+    for (std::int32_t o = 0; o < all_kept.count(); ++o)
+        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
+    return convolution_plan(std::move(plan));
 }
 
 }  // namespace detail
@@ -138,42 +182,49 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
-/// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
+/// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+/// map          of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size; mismatch if `coarse` has the sizes of another graph, or other pixels in the
-/// runs that become segments.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
+/// Raises invalid_option for another kernel size; mismatch if `map` is that of a graph of another size or lattice, or of one with
+/// other pixels in the runs that become segments.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
-    return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
 }
 
 namespace detail {
 
 /// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
 template <class Number>
-convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
-    convolution_plan result;
-    result.kernel_size = plan.kernel_size, result.stride = plan.stride;
-    result.input_count = plan.input_count, result.output_count = plan.output_count;
+plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
+    plan_parts result;
+    result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
+    result.input_count = plan.input_count(), result.output_count = plan.output_count();
+    const array_view<const plan_segment> segments = plan.segments();
+    const array_view<const std::int32_t> all_irregular = plan.irregular();
+    const auto refuse = [](std::int32_t output) {
+        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
+    };
     std::size_t s = 0, irregular = 0;
     for (std::size_t i = 0; i < outputs.size();) {
         const std::int32_t output = outputs[i];
-        while (s < plan.segments.size() && plan.segments[s].first + plan.segments[s].count <= output) ++s;
-        if (s == plan.segments.size() || plan.segments[s].first > output) {
-            while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
-            LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
+        if (i > 0 && outputs[i - 1] >= output) refuse(output);
+        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
+        if (s == segments.size() || segments[s].first > output) {
+            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
+            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
             result.irregular.push_back(number(i));
             const std::span<const std::int32_t> window = plan.window_of(irregular);
             result.windows.append(window.begin(), window.end());
             ++i;
             continue;
         }
-        const convolution_plan::segment from = plan.segments[s];
+        const plan_segment from = segments[s];
         std::size_t last = i + 1;
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
-        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
+        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
         if (count >= min_segment)
             add_segment(result, {number(i), count}, rows, shift);
@@ -181,8 +232,8 @@ convolution_plan restrict_and_number(const convolution_plan& plan, std::span<con
             for (std::int32_t o = 0; o < count; ++o) {
                 result.irregular.push_back(number(i) + o);
                 for (const std::int32_t row : rows)
-                    for (std::int32_t x = 0; x < plan.kernel_size; ++x)
-                        result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
+                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
+                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
             }
         i = last;
     }
@@ -193,41 +244,43 @@ convolution_plan restrict_and_number(const convolution_plan& plan, std::span<con
 
 /// Returns the plan restricted to some outputs.
 ///
-/// outputs  ascending outputs of the plan
+/// outputs  ascending outputs of the plan; raises mismatch for others
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
+    return convolution_plan(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
 }
 
 /// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
+///
+/// outputs  as in restrict_to()
 inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    convolution_plan result =
+    detail::plan_parts result =
         detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
     result.output_count = outputs.size();
-    return result;
+    return convolution_plan(std::move(result));
 }
 
 /// Marks all pixels that the plan's outputs read.
 ///
-/// marks  plan.input_count; the function sets marks to 1 and clears none
+/// marks  plan.input_count(); the function sets marks to 1 and clears none
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
-    LDI_ASSERT(marks.size() == plan.input_count);
-    for (std::size_t s = 0; s < plan.segments.size(); ++s)
+    LDI_ASSERT(marks.size() == plan.input_count());
+    for (std::size_t s = 0; s < plan.segments().size(); ++s)
         for (const std::int32_t row : plan.rows_of(s)) {
-            std::uint8_t* const first = marks.data() + (row - plan.kernel_size / 2);
-            const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
+            std::uint8_t* const first = marks.data() + (row - plan.kernel_size() / 2);
+            const std::int32_t count = plan.stride() * (plan.segments()[s].count - 1) + plan.kernel_size();
             // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
-            if (plan.kernel_size > 1 || plan.stride == 1)
+            if (plan.kernel_size() > 1 || plan.stride() == 1)
                 std::fill_n(first, count, std::uint8_t{1});
             else
                 for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
         }
-    for (const std::int32_t pixel : plan.windows)
+    for (const std::int32_t pixel : plan.windows())
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
 }
 
 /// Lists all pixels that the plan's outputs read, ascending.
 inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    buffer<std::uint8_t> marks(plan.input_count, 0);
+    buffer<std::uint8_t> marks(plan.input_count(), 0);
     mark_needed_inputs(plan, marks);
     buffer<std::int32_t> pixels;
     for (std::int32_t i = 0; i < marks.count(); ++i)

@@ -3,8 +3,10 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/core/level_map.hpp>
 
 #include <algorithm>
 #include <concepts>
@@ -12,6 +14,7 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -61,15 +64,17 @@ struct basic_feature_map {
 
     /// The channels of one pixel.
     template <std::integral Index>
-    std::span<Value> at(Index pixel) {
+    std::span<Value> at(Index pixel) & {
         return std::span<Value>(values).subspan(first(pixel), channels);
     }
     template <std::integral Index>
-    std::span<const Value> at(Index pixel) const {
+    std::span<const Value> at(Index pixel) const& {
         return std::span<const Value>(values).subspan(first(pixel), channels);
     }
+    template <std::integral Index>
+    std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
-    /// The map must outlive the view and keep its size.
+    /// The map must outlive the view and keep its size. A temporary map converts, too, as an argument of a call.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -81,16 +86,34 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
-/// parent. The map and the parents must outlive the view.
+namespace detail {
+
+/// Views a coarse map on the finer graph.
 ///
-/// parent  coarsened::parent, one per pixel of the finer graph
+/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel
 template <class Value>
-basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+basic_feature_view<Value> view_through(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
+
+}  // namespace detail
+
+/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
+/// parent. Both arguments must outlive the view. Raises mismatch unless `coarse` has one pixel per pixel of the coarse graph.
+///
+/// by  of the result of coarsen() for the finer graph
 template <class Value>
-basic_feature_view<Value> upsample(const basic_feature_map<Value>&& coarse, std::span<const std::int32_t> parent) = delete;
+basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
+    if (coarse.pixels() != by.kept().size())
+        raise(error_code::mismatch, "upsample", std::to_string(by.kept().size()) + " pixels", std::to_string(coarse.pixels()));
+    return detail::view_through(coarse, by.parent());
+}
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&) = delete;
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&, const level_map&&) = delete;
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&&) = delete;
 
 namespace detail {
 

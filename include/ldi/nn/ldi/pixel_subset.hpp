@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -52,12 +53,14 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 ///
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
 ///         these must be included
-inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
-    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
+    detail::plan_parts parts = detail::parts_of(std::move(plan));
+    LDI_ASSERT(inputs.row_of.size() == parts.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
-    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
-    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
-    plan.input_count = inputs.size();
+    for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
+    parts.input_count = inputs.size();
+    return convolution_plan(std::move(parts));
 }
 
 /// Renumbers a plan for tensors that store only the rows of subsets.
@@ -65,12 +68,12 @@ inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) 
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
-    renumber_inputs(plan, inputs);
-    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
-    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
-    plan.output_count = outputs.size();
-    return plan;
+    detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
+    LDI_ASSERT(outputs.row_of.size() == parts.output_count);
+    for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
+    parts.output_count = outputs.size();
+    return convolution_plan(std::move(parts));
 }
 
 }}  // namespace ldi

@@ -5,16 +5,18 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/coarsening.hpp>
-#include <ldi/core/graph.hpp>
+#include <ldi/core/level_map.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -26,17 +28,17 @@ namespace detail {
 /// combine  combines the values of two pixels
 /// finish   maps a coarse pixel's combined value and its number of fine pixels to the result
 template <class Sum, class Value, executor Executor, class Combine, class Finish>
-basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor& threads, Combine combine,
+basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const level_map& by, Executor& threads, Combine combine,
                               Finish finish) {
-    LDI_ASSERT(fine.pixels() == by.parent.size());
+    if (fine.pixels() != by.parent().size())
+        raise(error_code::mismatch, "pooling", std::to_string(by.parent().size()) + " pixels", std::to_string(fine.pixels()));
     const collapsed_pixels collapsed(by);
-    basic_feature_map<Value> result(by.kept.size(), fine.channels, fine.zero);
+    basic_feature_map<Value> result(by.kept().size(), fine.channels, fine.zero);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, result.pixels(), grain, [&](std::size_t begin, std::size_t end) {
         buffer<Sum> sums(fine.channels);
         for (std::size_t i = begin; i < end; ++i) {
             const std::size_t first = collapsed.first[i], last = collapsed.first[i + 1];
-            LDI_ASSERT(last > first);
             std::copy_n(fine.at(collapsed.pixels[first]).begin(), fine.channels, sums.begin());
             for (std::size_t p = first + 1; p < last; ++p) {
                 const std::span<const Value> from = fine.at(collapsed.pixels[p]);
@@ -54,9 +56,9 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarse
 /// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    result of coarsen() for the graph of `fine`
+/// by    of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
 template <class Value, executor Executor = const serial_executor>
-basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
         return detail::pool<float>(
             fine, by, threads, [](float a, float b) { return a + b; },
@@ -70,9 +72,9 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
 /// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    result of coarsen() for the graph of `fine`
+/// by    of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
 template <class Value, executor Executor = const serial_executor>
-basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     return detail::pool<Value>(
         fine, by, threads, [](Value a, Value b) { return (std::max)(a, b); }, [](Value largest, std::size_t) { return largest; });
 }

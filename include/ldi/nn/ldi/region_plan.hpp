@@ -66,7 +66,7 @@ public:
                     x = add(run, x, (std::min)(end, run.last), y, is_regular);
                 }
         }
-        return std::move(plan_);
+        return convolution_plan(std::move(plan_));
     }
 
 private:
@@ -96,7 +96,7 @@ private:
 
     const pixel_region &inputs_, &outputs_;
     std::int32_t radius_;
-    convolution_plan plan_;
+    plan_parts plan_;
 };
 
 }  // namespace detail

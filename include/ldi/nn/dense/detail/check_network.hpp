@@ -84,7 +84,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& a = checked_input(place, tensors, s.inputs[0]);
     const checked_tensor& b = checked_input(place, tensors, s.inputs[1]);
     if (a.channels != b.channels)
-        raise(error_code::mismatch, place, "two tensors with equally many channels",
+        raise(error_code::mismatch, place, "two tensors with the same number of channels",
               std::to_string(a.channels) + " and " + std::to_string(b.channels));
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))

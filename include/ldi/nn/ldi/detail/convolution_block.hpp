@@ -2,7 +2,9 @@
 // other windows are first gathered in a small buffer. The order of summation is the same in both cases.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/kernels/conv_f32.hpp>
@@ -15,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -75,18 +78,20 @@ public:
     void run(std::int32_t first, std::int32_t last) {
         const convolution_plan& plan = job_.plan;
         const auto ends_before = [&](const convolution_plan::segment& c) { return c.first + c.count <= first; };
-        std::size_t s = index_in(plan.segments, std::partition_point(plan.segments.begin(), plan.segments.end(), ends_before));
-        for (; s < plan.segments.size() && plan.segments[s].first < last; ++s) {
-            const convolution_plan::segment here = plan.segments[s];
+        const array_view<const convolution_plan::segment> segments = plan.segments();
+        std::size_t s = index_in(segments, std::partition_point(segments.begin(), segments.end(), ends_before));
+        for (; s < segments.size() && segments[s].first < last; ++s) {
+            const convolution_plan::segment here = segments[s];
             const std::int32_t from = (std::max)(first, here.first), to = (std::min)(last, here.first + here.count);
             row_pixels rows{};
             for (std::size_t r = 0; r < k(); ++r)
-                rows[r] = plan.rows_of(s)[r] + plan.stride * (from - here.first) - plan.kernel_size / 2;
+                rows[r] = plan.rows_of(s)[r] + plan.stride() * (from - here.first) - plan.kernel_size() / 2;
             run_segment(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from), rows);
         }
-        const std::int32_t* const begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
-        const std::size_t end = index_in(plan.irregular, std::lower_bound(begin, plan.irregular.end(), last));
-        for (std::size_t i = index_in(plan.irregular, begin); i < end; i += batch_) run_irregular(i, (std::min)(batch_, end - i));
+        const array_view<const std::int32_t> irregular = plan.irregular();
+        const std::int32_t* const begin = std::lower_bound(irregular.begin(), irregular.end(), first);
+        const std::size_t end = index_in(irregular, std::lower_bound(begin, irregular.end(), last));
+        for (std::size_t i = index_in(irregular, begin); i < end; i += batch_) run_irregular(i, (std::min)(batch_, end - i));
     }
 
 private:
@@ -103,12 +108,12 @@ private:
     }
 
     template <class T>
-    static std::size_t index_in(const buffer<T>& values, const T* place) {
+    static std::size_t index_in(array_view<const T> values, const T* place) {
         return static_cast<std::size_t>(place - values.begin());
     }
 
     std::size_t k() const { return job_.plan.k(); }
-    std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
+    std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride()); }
     result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
@@ -167,8 +172,10 @@ private:
         value_type* to = values_.data();
         for (std::size_t o = 0; o < count; ++o) {
             std::size_t counted = 0;
-            for (std::size_t e = 0; e < elements; ++e, to += job_.channels)
-                counted += copy_pixel(job_.sources, job_.plan.windows[(first + o) * elements + e], to);
+            for (const std::int32_t pixel : job_.plan.window_of(first + o)) {
+                counted += copy_pixel(job_.sources, pixel, to);
+                to += job_.channels;
+            }
             ratios_[o] = ratio(counted);
         }
         row_starts starts{};
@@ -176,7 +183,7 @@ private:
         multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
         const std::size_t outputs = job_.weights.outputs;
         for (std::size_t o = 0; o < count; ++o) {
-            const std::size_t output = static_cast<std::size_t>(job_.plan.irregular[first + o]);
+            const std::size_t output = static_cast<std::size_t>(job_.plan.irregular()[first + o]);
             copy_row(results_.data() + o * outputs, outputs, result_of(output));
             finish(output, ratios_[o]);
         }
@@ -209,25 +216,30 @@ template <class Weights, class Result, executor Executor>
 void run_convolution(const convolution_plan& plan, const Weights& weights,
                      std::span<const basic_feature_view<typename Weights::value_type>> sources, bool is_partial,
                      std::span<Result> result, std::span<std::uint8_t> result_mask, Executor& threads) {
+    const auto expect = [](const char* what, std::size_t expected, std::size_t found) {
+        if (found != expected)
+            raise(error_code::mismatch, "convolution", std::to_string(expected) + " " + what, std::to_string(found));
+    };
     std::size_t channels = 0;
     for (const auto& source : sources) {
         LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
-        LDI_ASSERT(source.pixels() == plan.input_count);
         LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
+        expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }
-    LDI_ASSERT(weights.rows == plan.k() && weights.inputs == weights.rows * channels);
-    LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
-    LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
+    expect("window rows in the plan", weights.rows, plan.k());
+    expect("channels in all sources", weights.inputs / weights.rows, channels);
+    expect("values in the result", plan.output_count() * weights.outputs, result.size());
+    if (!result_mask.empty()) expect("values in the result's mask", plan.output_count(), result_mask.size());
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
     // Each block computes its gathered outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
-    parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
+    parallel_for(threads, (plan.output_count() + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);
         for (std::size_t b = first; b < last; ++b)
             thread.run(static_cast<std::int32_t>(b * block),
-                       static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count)));
+                       static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count())));
     });
 }
 

@@ -1,0 +1,63 @@
+// Relates the pixels of a graph to those of the graph at half resolution: coarsening makes it; plans, pooling and nearest
+// upsampling read it (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/config.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <cstdint>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+struct coarsened;
+enum class orphan_rule : std::uint8_t;
+
+namespace detail {
+coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
+}
+
+/// How the pixels of a graph, the fine ones, relate to the pixels of the coarser graph that coarsen() made of it. Only coarsen()
+/// makes level maps that contain pixels, and they do not change, so their indices always exist.
+class level_map {
+public:
+    level_map() = default;
+    level_map(const level_map&) = default;
+    level_map& operator=(const level_map& other) { return *this = level_map(other); }
+    /// The moved-from map is empty.
+    level_map(level_map&& other) noexcept
+        : width_(std::exchange(other.width_, 0)),
+          height_(std::exchange(other.height_, 0)),
+          kept_(std::move(other.kept_)),
+          parent_(std::move(other.parent_)) {}
+    level_map& operator=(level_map&& other) noexcept {
+        width_ = std::exchange(other.width_, 0), height_ = std::exchange(other.height_, 0);
+        kept_ = std::move(other.kept_), parent_ = std::move(other.parent_);
+        return *this;
+    }
+
+    /// Size of the fine lattice.
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+
+    /// Per coarse pixel: index of the fine pixel that it keeps; ascending. A call on a temporary map returns the values instead
+    /// of a view, and leaves the map empty.
+    array_view<const std::int32_t> kept() const& { return kept_; }
+    buffer<std::int32_t> kept() && { return std::move(level_map(std::move(*this)).kept_); }
+    /// Per fine pixel: its coarse pixel, or no_pixel. A call on a temporary map returns the values, as for kept().
+    array_view<const std::int32_t> parent() const& { return parent_; }
+    buffer<std::int32_t> parent() && { return std::move(level_map(std::move(*this)).parent_); }
+
+private:
+    friend coarsened detail::coarsen_sound(const graph_view& g, orphan_rule orphans);
+
+    level_map(const graph_view& fine, buffer<std::int32_t> kept, buffer<std::int32_t> parent)
+        : width_(fine.width()), height_(fine.height()), kept_(std::move(kept)), parent_(std::move(parent)) {}
+
+    std::int32_t width_ = 0, height_ = 0;
+    buffer<std::int32_t> kept_, parent_;
+};
+
+}}  // namespace ldi
