@@ -85,7 +85,7 @@ inline picture seen_from(const ldi::photo3d& made, const picture& texture, const
 /// Figures of a 3D photo, or their sums over several.
 struct figures {
     double silhouettes = 0;  ///< pixel sides on curves
-    double rubber = 0;       ///< pixels whose disparity changes by more than three thresholds over six links to the right or down
+    double rubber = 0;       ///< pixels whose disparity changes by more than 3 max_step over six links to the right or down
     double islands = 0, hidden = 0, layers = 0, charts = 0, triangles = 0;
     double kilobytes = 0;    ///< of the GLB
     double hole_pixels = 0;  ///< in all views of bench/quality/holes.hpp, at a long side of 500

@@ -72,7 +72,7 @@ inline mask silhouette_band(const subject& s, const std::vector<true_side>& trut
     return band;
 }
 
-/// Mean absolute difference of color over the counted pixels, of 255; 0 if there is none.
+/// Mean absolute difference of color over the pixels of a mask, 0 to 255; 0 if the mask is empty.
 inline double color_error(const picture& a, const picture& b, const mask& where) {
     return mean_where(xt::abs(xt::cast<double>(ldi::as_tensor(a)) - xt::cast<double>(ldi::as_tensor(b))), where, 0);
 }

@@ -159,7 +159,7 @@ inline std::vector<hole> find_holes(const ldi::image<std::uint8_t>& coverage, co
 
 struct hole_report {
     std::size_t views = 0, views_with_holes = 0;
-    std::int64_t max_pixels = 0;  ///< maximum of uncovered pixels per view
+    std::int64_t max_pixels = 0;  ///< maximum number of uncovered pixels in a view
     std::vector<hole> holes;      ///< holes of all views, largest first
 };
 

@@ -63,7 +63,7 @@ picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Exe
     return result;
 }
 
-/// Share of the unknown pixels on surfaces without any known one: no inpainting can find their colors.
+/// Share of the unknown pixels that lie on surfaces without a known pixel, where no inpainting can find the colors.
 inline double cut_off_share(const ldi::photo_layers& layers) {
     const ldi::components parts = ldi::connected_components(layers.topology());
     const auto known = layers.column<ldi::known_column>();

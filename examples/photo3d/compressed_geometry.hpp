@@ -110,7 +110,8 @@ compressed_stream compress_column(const std::vector<Scalar>& values, std::size_t
     return result;
 }
 
-/// Compresses integer positions on the grid, four per vertex, the last one 0: each vertex must be a multiple of 4 bytes.
+/// Compresses positions as integers on the grid. A vertex has four, the last of which is 0, because its size must be a multiple
+/// of 4 bytes.
 inline compressed_stream compress_positions(const std::vector<float>& positions, const position_grid& grid) {
     std::vector<std::uint16_t> places(positions.size() / 3 * 4);
     for (std::size_t i = 0; i < positions.size(); ++i) places[i / 3 * 4 + i % 3] = grid.place(positions[i], i % 3);

@@ -200,7 +200,7 @@ inline void file_set::create_folder(const std::filesystem::path& folder) {
         if (p.has_filename()) missing.push_back(p);
     for (; !missing.empty(); missing.pop_back()) {
         if (std::filesystem::create_directory(missing.back(), failure)) new_folders_.push_back(missing.back());
-        if (failure) raise_system_error(failure.value(), folder, "a folder that can be made");
+        if (failure) raise_system_error(failure.value(), folder, "a folder that can be created");
     }
     if (!std::filesystem::is_directory(folder, failure)) raise(error_code::file_access, folder.string(), "a folder", "a file");
 }
@@ -211,7 +211,7 @@ inline void file_set::make_ready(entry& e) const {
     if (e.put == way::rename && std::filesystem::exists(e.place, ignored) && copy_ownership(e.place, temporary(e)) != 0)
         e.put = way::overwrite;
     if (const int failure = synchronize(temporary(e)); failure != 0)
-        raise_system_error(failure, e.given, "a file that was written");
+        raise_system_error(failure, e.given, "a file that can be flushed to the disk");
 }
 
 inline int file_set::put_in_place(entry& e) {

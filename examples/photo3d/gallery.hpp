@@ -41,7 +41,7 @@ public:
                   "a file without " + std::string(marker) + " (examples/viewer/build.sh builds the page)");
         std::error_code failure;
         std::filesystem::create_directories(posters_, failure);
-        if (failure) raise_system_error(failure.value(), posters_, "a folder that can be made");
+        if (failure) raise_system_error(failure.value(), posters_, "a folder that can be created");
     }
 
     /// Sets the names of the GLB, unless it has one, and of the small picture, which the page shows. Raises invalid_option.

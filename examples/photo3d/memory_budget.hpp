@@ -129,7 +129,8 @@ public:
         released_.notify_all();
     }
 
-    /// Before work that needs `bytes`: returns memory that the C library keeps from earlier photos to the system, if necessary.
+    /// Makes room for work that needs `bytes`: if necessary, returns to the system the memory that the C library has kept from
+    /// earlier photos.
     void make_room(std::size_t bytes) const {
 #if defined(__GLIBC__)
         if (memory_in_use() + bytes > limit_) malloc_trim(0);

@@ -68,7 +68,7 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside, b
         made.path = beside / (temporary_name() + ".tmp");
         std::error_code failure;
         std::filesystem::create_directory(made.path, failure);
-        if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be made");
+        if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be created");
         // Only the owner may read the folder, because its files may replace private ones.
         std::filesystem::permissions(made.path, std::filesystem::perms::group_all | std::filesystem::perms::others_all,
                                      std::filesystem::perm_options::remove, failure);

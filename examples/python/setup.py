@@ -39,7 +39,7 @@ def version():
         return ".".join(re.findall(r"#define LDI_VERSION_\w+ (\d+)", header.read()))
 
 
-# Same as cmake/FindLdiReaders.cmake: macro for the headers, then header, library and condition.
+# The same readers as in cmake/FindLdiReaders.cmake. For each macro: the reader's header, its library, and a condition, if any.
 readers = {
     "LDI_WITH_LIBHEIF": ("libheif/heif.h", "heif"),
     "LDI_WITH_LIBWEBP": ("webp/decode.h", "webp"),

@@ -175,7 +175,7 @@ TEST_CASE("charts of pixels in any order satisfy all constraints") {
     }
 }
 
-TEST_CASE("charts of scenes with hidden surfaces satisfy all three constraints") {
+TEST_CASE("charts of scenes with hidden surfaces satisfy the paper's three constraints") {
     std::mt19937 random(3);
     for (int i = 0; i < 12; ++i) {
         const photo_layers layers = random_scene(random, 120, 160);
@@ -185,7 +185,7 @@ TEST_CASE("charts of scenes with hidden surfaces satisfy all three constraints")
     }
 }
 
-TEST_CASE("charts of real photos satisfy all three constraints") {
+TEST_CASE("charts of real photos satisfy the paper's three constraints") {
     for (const char* name : {"mb_reindeer", "mb_cones", "iphone_a"}) {
         const std::optional<photo_layers> layers = shared_photo(name);
         if (!layers) {

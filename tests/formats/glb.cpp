@@ -309,7 +309,7 @@ TEST_CASE("invalid meshes and damaged or unsupported textures are refused") {
     refused(mesh, byte_string(png.begin(), png.end() - 2), "cut off");
 }
 
-TEST_CASE("a camera, motion, range or source that a GLB file cannot state is refused") {
+TEST_CASE("an invalid camera, motion or depth range, and a source name that is not UTF-8, are refused") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     const textured_mesh mesh = make_sheet(3, 3);
     const auto result_of = [&](const glb_options& options) { return raised([&] { encode_glb(mesh, texture, options); }); };

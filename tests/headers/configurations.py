@@ -48,7 +48,7 @@ def configuration(*flags):
     return done.stdout.split()[-1]
 
 
-# Every flag that permits instructions which some processors lack, changes rounding, or removes parts of types changes the namespace's name.
+# The namespace's name depends on every flag that permits instructions that some processors lack, changes rounding, or removes parts of types.
 for flag in ("-ffast-math", "-ffinite-math-only", "-fno-rtti", "-fno-exceptions", "-DNDEBUG"):
     if configuration(flag) == configuration():
         sys.exit(f"{flag} does not change the name of the namespace")

@@ -314,7 +314,7 @@ TEST_CASE("every depth map of the RGB-D collection loads, matches its photo, and
     CHECK(checked > 40);
 }
 
-TEST_CASE("the disparity of the published network loads and matches its photo") {
+TEST_CASE("a disparity map of the published network loads and has the proportions of its photo") {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch";
     if (!std::filesystem::exists(folder / "output")) {
         WARN("skipped: no " << folder / "output");

@@ -118,8 +118,8 @@ TEST_CASE("Dynamic Depth is found by its semantic or its address, in both contai
     const std::size_t photo_end = listed.size() - decoy_file.size() - depth_file.size();
     listed.insert(listed.begin() + static_cast<std::ptrdiff_t>(photo_end), 100, std::byte{7});
     check_depth(listed, "Dynamic Depth, RangeInverse", true, inverse);
-    check_refused(file, "no such file behind the photo");
-    check_refused(dynamic_depth_jpeg(photo_file, {gain_map}, fields), "no such file behind the photo");
+    check_refused(file, "no such file after the photo");
+    check_refused(dynamic_depth_jpeg(photo_file, {gain_map}, fields), "no such file after the photo");
 }
 
 TEST_CASE("Apple's disparity and depth are found by the XMP of their picture, among other pictures in the file") {

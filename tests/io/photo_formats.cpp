@@ -14,7 +14,7 @@ using namespace ldi::testing;
 
 namespace {
 
-const image<std::uint8_t> picture = smooth_picture(34, 50, 3);
+const image<std::uint8_t> small_picture = smooth_picture(34, 50, 3);
 
 image<std::uint8_t> with_alpha(const image<std::uint8_t>& color) {
     image<std::uint8_t> all(color.height(), color.width(), 4);
@@ -74,18 +74,19 @@ image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
 
 TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, and damaged ones raise an error or are decoded") {
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
-        const std::optional<byte_string> file = heif_file_of(picture, {format, exif_bytes(6, 26), {}, 0});
+        const std::optional<byte_string> file = heif_file_of(small_picture, {format, exif_bytes(6, 26), {}, 0});
         if (!file) {
             WARN("skipped: libheif has no encoder of format " << format);
             continue;
         }
         const photo decoded = decode_photo(*file);
-        CHECK(largest_difference(decoded.color, picture) == 0);  // and not rotated: the EXIF orientation does not apply here
+        CHECK(largest_difference(decoded.color, small_picture) ==
+              0);  // and not rotated: the EXIF orientation does not apply here
         CHECK(decoded.focal_length_35mm == 26.0F);
         CHECK(raised([&] { decode_photo(*file, {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
         check_damage(*file, 60);
         CHECK_THAT(message_of([&] { decode_photo(std::span(*file).first(file->size() / 2)); }), !Catch::Contains("\\x0A"));
-        const image<std::uint8_t> transparent = with_alpha(picture);
+        const image<std::uint8_t> transparent = with_alpha(small_picture);
         if (const std::optional<byte_string> with = heif_file_of(transparent, {format, {}, {}, 0}))
             CHECK(largest_difference(decode_photo(*with).color, on_white(transparent)) <= 1);
     }
@@ -103,7 +104,7 @@ TEST_CASE("a photo refused by libheif raises an error of one line, with a hint f
 
 #if defined(LDI_WITH_PUGIXML)
 TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha pictures are not read as depth") {
-    const image<std::uint8_t> both = with_alpha(picture);
+    const image<std::uint8_t> both = with_alpha(small_picture);
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> file = heif_file_of(both, {format, {}, {}, 0});
         if (!file) continue;
@@ -112,7 +113,7 @@ TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha 
         INFO(found.refused);
         REQUIRE(found.depth);
         CHECK_FALSE(found.depth->is_inverse_depth);
-        for (std::size_t i = 0; i < picture.size() / 3; ++i)
+        for (std::size_t i = 0; i < small_picture.size() / 3; ++i)
             REQUIRE(found.depth->disparity.data()[i] == Approx(both.data()[4 * i + 3] / 255.0).margin(1.01 / 255));
     }
 }
@@ -123,16 +124,17 @@ TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha 
 #if defined(LDI_WITH_LIBWEBP)
 
 TEST_CASE("WebP photos are decoded exactly, upright, over white, with their focal length") {
-    CHECK(largest_difference(decode_photo(webp_file(picture)).color, picture) == 0);
-    const image<std::uint8_t> transparent = with_alpha(picture);
+    CHECK(largest_difference(decode_photo(webp_file(small_picture)).color, small_picture) == 0);
+    const image<std::uint8_t> transparent = with_alpha(small_picture);
     CHECK(largest_difference(decode_photo(webp_file(transparent)).color, on_white(transparent)) <= 1);
-    const photo turned = decode_photo(webp_file(picture, exif_bytes(8, 26)));
+    const photo turned = decode_photo(webp_file(small_picture, exif_bytes(8, 26)));
     CHECK(turned.focal_length_35mm == 26.0F);
     REQUIRE(turned.color.height() == 50);
-    CHECK(turned.color(49, 0, 0) == picture(0, 0, 0));  // EXIF orientation 8: top left becomes bottom left
-    CHECK(turned.color(0, 0, 0) == picture(0, 49, 0));
-    CHECK(raised([&] { decode_photo(webp_file(picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
-    check_damage(webp_file(picture, exif_bytes(8, 26)), 1000);
+    CHECK(turned.color(49, 0, 0) == small_picture(0, 0, 0));  // EXIF orientation 8: top left becomes bottom left
+    CHECK(turned.color(0, 0, 0) == small_picture(0, 49, 0));
+    CHECK(raised([&] { decode_photo(webp_file(small_picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) ==
+          error_code::too_large);
+    check_damage(webp_file(small_picture, exif_bytes(8, 26)), 1000);
 }
 
 #endif
@@ -142,25 +144,28 @@ TEST_CASE("WebP photos are decoded exactly, upright, over white, with their foca
 TEST_CASE("TIFF photos of 8 and 16 bits are decoded exactly, in all orientations") {
     for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS})
         for (const std::uint16_t bits : {std::uint16_t{8}, std::uint16_t{16}}) {
-            const byte_string file = tiff_file(picture, {.compression = static_cast<std::uint16_t>(compression), .bits = bits});
-            CHECK(largest_difference(decode_photo(file).color, picture) == 0);
+            const byte_string file =
+                tiff_file(small_picture, {.compression = static_cast<std::uint16_t>(compression), .bits = bits});
+            CHECK(largest_difference(decode_photo(file).color, small_picture) == 0);
         }
-    const image<std::uint8_t> transparent = with_alpha(picture);
+    const image<std::uint8_t> transparent = with_alpha(small_picture);
     CHECK(largest_difference(decode_photo(tiff_file(transparent)).color, on_white(transparent)) <= 1);
     for (unsigned orientation = 1; orientation <= 8; ++orientation) {
-        const photo tiff = decode_photo(tiff_file(picture, {.orientation = static_cast<std::uint16_t>(orientation)}));
-        const photo png = decode_photo(png_file(50, 34, 8, 2,
-                                                byte_string(reinterpret_cast<const std::byte*>(picture.data()),
-                                                            reinterpret_cast<const std::byte*>(picture.data()) + picture.size()),
-                                                png_chunk("eXIf", exif_bytes(orientation, 0))));
+        const photo tiff = decode_photo(tiff_file(small_picture, {.orientation = static_cast<std::uint16_t>(orientation)}));
+        const photo png =
+            decode_photo(png_file(50, 34, 8, 2,
+                                  byte_string(reinterpret_cast<const std::byte*>(small_picture.data()),
+                                              reinterpret_cast<const std::byte*>(small_picture.data()) + small_picture.size()),
+                                  png_chunk("eXIf", exif_bytes(orientation, 0))));
         CHECK(largest_difference(tiff.color, png.color) == 0);
     }
-    CHECK(raised([&] { decode_photo(tiff_file(picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
-    const byte_string raw = tiff_file(picture, {.subfile_type = FILETYPE_REDUCEDIMAGE});
+    CHECK(raised([&] { decode_photo(tiff_file(small_picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) ==
+          error_code::too_large);
+    const byte_string raw = tiff_file(small_picture, {.subfile_type = FILETYPE_REDUCEDIMAGE});
     CHECK(raised([&] { decode_photo(raw); }) == error_code::unsupported);
     CHECK_THAT(message_of([&] { decode_photo(raw); }), Catch::Contains("raw"));
     std::mt19937 random(11);
-    const byte_string file = tiff_file(picture);
+    const byte_string file = tiff_file(small_picture);
     for (int i = 0; i < 1000; ++i) check_damaged_copy(file, random);
 }
 
@@ -170,29 +175,29 @@ TEST_CASE("TIFF photos of 8 and 16 bits are decoded exactly, in all orientations
 
 TEST_CASE(
     "Display P3 photos of every format are converted to sRGB, whether a profile or AVIF's color code states the color space") {
-    const image<std::uint8_t> expected = p3_to_srgb(picture);
-    REQUIRE(largest_difference(expected, picture) > 10);
+    const image<std::uint8_t> expected = p3_to_srgb(small_picture);
+    REQUIRE(largest_difference(expected, small_picture) > 10);
     const byte_string icc = icc_profile();
     const auto difference = [&](const byte_string& file) { return largest_difference(decode_photo(file).color, expected); };
-    const byte_string rows(reinterpret_cast<const std::byte*>(picture.data()),
-                           reinterpret_cast<const std::byte*>(picture.data()) + picture.size());
+    const byte_string rows(reinterpret_cast<const std::byte*>(small_picture.data()),
+                           reinterpret_cast<const std::byte*>(small_picture.data()) + small_picture.size());
     CHECK(difference(png_file(50, 34, 8, 2, rows, iccp_chunk(icc))) <= 2);
     for (std::size_t parts : {std::size_t{1}, std::size_t{3}}) {
-        byte_string jpeg = encode_jpeg(picture, 100);
+        byte_string jpeg = encode_jpeg(small_picture, 100);
         const byte_string segments = icc_segments(icc, parts);
         jpeg.insert(jpeg.begin() + 2, segments.begin(), segments.end());
         CHECK(difference(jpeg) <= 10);
     }
 #if defined(LDI_WITH_LIBWEBP)
-    CHECK(difference(webp_file(picture, {}, icc)) <= 2);
+    CHECK(difference(webp_file(small_picture, {}, icc)) <= 2);
 #endif
 #if defined(LDI_WITH_LIBTIFF)
-    CHECK(difference(tiff_file(picture, {.icc = icc})) <= 2);
+    CHECK(difference(tiff_file(small_picture, {.icc = icc})) <= 2);
 #endif
 #if defined(LDI_WITH_LIBHEIF)
-    if (const std::optional<byte_string> file = heif_file_of(picture, {heif_compression_HEVC, {}, icc, 0}))
+    if (const std::optional<byte_string> file = heif_file_of(small_picture, {heif_compression_HEVC, {}, icc, 0}))
         CHECK(difference(*file) <= 2);
-    if (const std::optional<byte_string> file = heif_file_of(picture, {heif_compression_AV1, {}, {}, 12}))
+    if (const std::optional<byte_string> file = heif_file_of(small_picture, {heif_compression_AV1, {}, {}, 12}))
         CHECK(difference(*file) <= 2);
 #endif
 }

@@ -21,9 +21,9 @@ using ldi::testing::message_of;
 
 namespace {
 
-const std::filesystem::path files = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files";
+const std::filesystem::path network_folder = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files";
 
-named_tensors weights() { return load_safetensors(files / "tiefenrausch_weights.safetensors"); }
+named_tensors tiefenrausch_weights() { return load_safetensors(network_folder / "tiefenrausch_weights.safetensors"); }
 
 template <class Scalar>
 ldi::buffer<Scalar>& values(named_tensors& file, const std::string& name) {
@@ -33,7 +33,7 @@ ldi::buffer<Scalar>& values(named_tensors& file, const std::string& name) {
 /// Returns the error for the weights after `change`.
 template <class Change>
 std::string complaint(Change&& change) {
-    named_tensors file = weights();
+    named_tensors file = tiefenrausch_weights();
     change(file);
     return message_of([&] { tiefenrausch network(read_quantized_network(file)); });
 }
@@ -41,7 +41,7 @@ std::string complaint(Change&& change) {
 }  // namespace
 
 TEST_CASE("an exported depth network reproduces its exporter's output bit for bit") {
-    const named_tensors example = load_safetensors(files / "tiefenrausch_example.safetensors");
+    const named_tensors example = load_safetensors(network_folder / "tiefenrausch_example.safetensors");
     const buffer<std::size_t>& shape = example.tensors.at("photo").shape;
     image<std::uint8_t> photo(shape[0], shape[1], 3);
     const auto& pixels = tensor_values<std::uint8_t>(example, "photo", shape);
@@ -51,7 +51,7 @@ TEST_CASE("an exported depth network reproduces its exporter's output bit for bi
 
     for (isa target : {isa::scalar, best_isa()}) {
         const tiefenrausch network =
-            decode_tiefenrausch(read_file(files / "tiefenrausch_weights.safetensors"), "weights", target);
+            decode_tiefenrausch(read_file(network_folder / "tiefenrausch_weights.safetensors"), "weights", target);
         serial_executor serial;
         const image<std::uint8_t> found = network.levels(photo, serial);
         REQUIRE(found.size() == expected.size());
@@ -60,27 +60,27 @@ TEST_CASE("an exported depth network reproduces its exporter's output bit for bi
 }
 
 TEST_CASE("operators have the names from the file, or numbers if it contains no names") {
-    const network_description network = read_quantized_network(weights());
+    const network_description network = read_quantized_network(tiefenrausch_weights());
     CHECK(network.operators.front().name == "full");
     CHECK(network.operators.back().name == "disparity");
     CHECK(network.input_channels == 3);
     CHECK(network.output == network.operators.size());
 
-    named_tensors file = weights();
+    named_tensors file = tiefenrausch_weights();
     file.metadata.erase("operator_names");
     CHECK(read_quantized_network(file).operators[3].name == "operator 3");
 }
 
 TEST_CASE("load_depth_network() refuses files of other networks, and the error names the network found") {
-    CHECK_THAT(message_of([] { load_tiefenrausch_file(files / "tiefenrausch_example.safetensors"); }),
+    CHECK_THAT(message_of([] { load_tiefenrausch_file(network_folder / "tiefenrausch_example.safetensors"); }),
                Contains("tiefenrausch_small") && Contains("example"));
-    const std::filesystem::path inpainting = files / "../../networks/files/farbrausch_weights.safetensors";
+    const std::filesystem::path inpainting = network_folder / "../../networks/files/farbrausch_weights.safetensors";
     CHECK_THAT(message_of([&] { load_depth_network(inpainting); }),
                Contains(inpainting.string()) && Contains("a depth network") && Contains("found farbrausch"));
 }
 
 TEST_CASE("a depth network whose output is neither disparity nor log disparity is refused") {
-    std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
+    std::vector<std::byte> bytes = read_file(network_folder / "tiefenrausch_weights.safetensors");
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::size_t at = text.find("\"output\":\"disparity\"");
     REQUIRE(at != std::string::npos);
@@ -89,7 +89,7 @@ TEST_CASE("a depth network whose output is neither disparity nor log disparity i
 }
 
 TEST_CASE("input sizes in the metadata must be numbers, and multiples of 32 that the network supports") {
-    const std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
+    const std::vector<std::byte> bytes = read_file(network_folder / "tiefenrausch_weights.safetensors");
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const auto with_size = [&](const std::string& size) {
         const std::string output = "\"output\":\"disparity\"", added = ",\"details_long_side\":\"" + size + "\"";
@@ -109,7 +109,7 @@ TEST_CASE("input sizes in the metadata must be numbers, and multiples of 32 that
 }
 
 TEST_CASE("a truncated depth network is refused, and the error names the file") {
-    const std::vector<std::byte> whole = read_file(files / "tiefenrausch_weights.safetensors");
+    const std::vector<std::byte> whole = read_file(network_folder / "tiefenrausch_weights.safetensors");
     for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
         CHECK_THAT(message_of([&] { decode_tiefenrausch(std::span(whole).first(size), "cut"); }), StartsWith("cut"));
 }
@@ -130,9 +130,9 @@ TEST_CASE("the weights in examples/models load, and need at most 4 MB") {
 }
 
 TEST_CASE("load_depth_network() loads a file, or the published network from a folder") {
-    CHECK(load_depth_network(files / "tiefenrausch_weights.safetensors").level_quantization().scale > 0);
-    CHECK_THAT(message_of([] { load_depth_network(files); }), Contains("tiefenrausch.pb"));
-    CHECK_THAT(message_of([] { load_depth_network(files / "none.safetensors"); }), Contains("none.safetensors"));
+    CHECK(load_depth_network(network_folder / "tiefenrausch_weights.safetensors").level_quantization().scale > 0);
+    CHECK_THAT(message_of([] { load_depth_network(network_folder); }), Contains("tiefenrausch.pb"));
+    CHECK_THAT(message_of([] { load_depth_network(network_folder / "none.safetensors"); }), Contains("none.safetensors"));
 }
 
 TEST_CASE("an invalid operator table is refused, and the error names the tensor or operator") {

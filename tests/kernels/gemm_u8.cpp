@@ -78,7 +78,7 @@ TEST_CASE("gemm_u8 matches the requantized product of the operands minus their z
             }
 }
 
-TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands of random shapes") {
+TEST_CASE("gemm_u8 returns the same bits on every instruction set, for thousands of random shapes") {
     ldi::testing::random_bytes random;
     const std::vector<ldi::isa> sets = ldi::testing::available_isas();
     std::size_t broken = 0, packed_as_asked = 0;
@@ -97,7 +97,7 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands o
     CHECK(packed_as_asked > sets.size() * 1990);
 }
 
-TEST_CASE("gemm_u8 gives the same bits on every instruction set for a single output with 1 to 199 inputs") {
+TEST_CASE("gemm_u8 returns the same bits on every instruction set for a single output with 1 to 199 inputs") {
     ldi::testing::random_bytes random;
     const std::vector<ldi::isa> sets = ldi::testing::available_isas();
     std::size_t broken = 0;
@@ -111,7 +111,7 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set for a single out
     CHECK(broken == 0);
 }
 
-TEST_CASE("gemm_u8 gives the same bits on every instruction set for long rows and for overlapping windows") {
+TEST_CASE("gemm_u8 returns the same bits on every instruction set for long rows and for overlapping windows") {
     ldi::testing::random_bytes random;
     for (int round = 0; round < 40; ++round) {
         const std::size_t inputs = round % 2 == 0 ? 16 * random.size_in(1, 8) : random.size_in(2, 100);
@@ -203,7 +203,7 @@ TEST_CASE("the largest products saturate no intermediate sum on any instruction 
         }
 }
 
-TEST_CASE("gemm_u8 gives the same bits on every instruction set for extreme weights and inputs") {
+TEST_CASE("gemm_u8 returns the same bits on every instruction set for extreme weights and inputs") {
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {

@@ -87,7 +87,7 @@ TEST_CASE("hems are at most four pixels wide, and nearly all end behind a visibl
     REQUIRE(100 * behind > 90 * count);  // hems that share a corner end halfway between both directions
 }
 
-TEST_CASE("no motion and no surface rule make hems wide or endless") {
+TEST_CASE("hems are at most four pixels wide for any motion and surface rule, even invalid ones") {
     std::mt19937 random(3);
     const scene_with_hidden_surfaces s(random);
     for (const float value :
@@ -99,7 +99,7 @@ TEST_CASE("no motion and no surface rule make hems wide or endless") {
         }
 }
 
-TEST_CASE("hems follow the vertices of their chart, and change none of them") {
+TEST_CASE("a mesh stores hems after the vertices of their chart, which do not change") {
     std::mt19937 random(4);
     std::size_t more = 0;
     for (int round = 0; round < 10; ++round) {

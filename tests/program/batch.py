@@ -184,7 +184,7 @@ def bad_photos():
 
 
 def links():
-    """The program refuses two outputs that are the same file, also under different names, before the second conversion."""
+    """The program refuses two outputs that are the same file, even under different names, before the second conversion."""
     def outputs(*names):
         return "\n".join(json.dumps({"photo": f"photos/{photo}.png", "output": name}) for photo, name in zip("abcde", names)).encode()
 

@@ -132,7 +132,7 @@ TEST_CASE("a path that leads to an input or to another output is refused as an o
     CHECK(state_of(folder / "") == before);
 }
 
-TEST_CASE("a set removes files left by killed processes, unless leave_abandoned() was called") {
+TEST_CASE("a file set removes files that killed processes left, unless leave_abandoned() was called") {
     const scratch_folder folder;
     fs::create_directory(folder / ".ldi-0123.tmp");
     put(folder / ".ldi-0123.tmp/0", bytes_of("half"));  // its folder belongs to another process

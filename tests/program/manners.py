@@ -118,7 +118,7 @@ def first_words():
         read, closed = os.pipe()
         os.close(read)
         for output, place in (("a pipe without a reader", closed), ("a full device", os.open("/dev/full", os.O_WRONLY))):
-            # A shell runs the program with the default reaction to SIGPIPE, Python does not.
+            # restore_signals: as in a shell, SIGPIPE ends the program by default; Python ignores the signal.
             result = subprocess.run([PROGRAM, *option.split()], stdout=place, stderr=subprocess.PIPE, restore_signals=True)
             os.close(place)
             check(f"{option} into {output}: exit code {result.returncode}", result.returncode == TRY_AGAIN and b"photo3d: standard output: " in result.stderr, result.stderr)

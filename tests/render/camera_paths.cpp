@@ -79,7 +79,7 @@ TEST_CASE("a dolly zoom keeps the size of objects in focus while the background 
     CHECK(seen(end, {0.2F, 0, -range.z_near})[0] > seen(photo_view(), {0.2F, 0, -range.z_near})[0]);
 }
 
-TEST_CASE("a path of custom key frames passes through them smoothly, and is constant outside them") {
+TEST_CASE("a path of custom key frames passes through them smoothly, and stands still before the first and after the last") {
     const std::vector<key_frame> keys{{0, {0, 0, 0}, {0, 0, -3}, 1},
                                       {0.3F, {0.2F, 0.1F, -0.1F}, {0.1F, 0, -3}, 1.5F},
                                       {0.5F, {-0.2F, 0.3F, 0.1F}, {0, 0.2F, -2}, 0.8F},

@@ -53,7 +53,7 @@ export class Converter {
         this.lastId = 0;
         /** Settles when the networks are loaded. @type {Promise<{milliseconds: number, threads: number}>} */
         this.ready = this.start();
-        /** Settles after the warm-up of the code, or when a photo arrives first. @type {Promise<{milliseconds: number}>} */
+        /** Settles after the code has warmed up, or earlier if a photo arrives. @type {Promise<{milliseconds: number}>} */
         this.warm = new Promise((resolve) => (this.whenWarm = resolve));
         this.ready.catch(() => {}); // convert() reports it
     }

@@ -111,7 +111,8 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
         const auto rim =
             std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
         if (rim == rims.end() || rim->position != position)
-            raise(error_code::mismatch, "restore_rims", "rims of these layers", std::to_string(rims.size()) + " others");
+            raise(error_code::mismatch, "restore_rims", "rims of these layers",
+                  std::to_string(rims.size()) + " rims of other layers");
         marked.push_back({i, &*rim});
     });
     for (const auto& [pixel, rim] : marked) {

@@ -60,13 +60,13 @@ decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const dep
 /// Loads a depth map from a file as decode_depth_map() does; also raises file_access.
 image<float> load_depth_map(const std::filesystem::path& path, const depth_map_options& options = {});
 
-/// Fills every NaN pixel with the value of the nearest valid pixel, by the number of steps up, down, left and right; ties are
-/// broken deterministically. Raises invalid_data if no pixel is valid.
+/// Fills every NaN pixel with the value of the nearest valid pixel. Distance is the number of steps up, down, left and right;
+/// ties are broken deterministically. Raises invalid_data if no pixel is valid.
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
 /// Averages the known pixels of square blocks. Uses the smallest blocks with which the map has at most max_pixels pixels.
-/// Stages of the conversion to a 3D photo copy the map. The program photo3d computes with at most 4096 pixels per side, so a
-/// larger map only costs memory.
+/// The stages of the conversion to a 3D photo copy the map, and the program photo3d computes with at most 4096 pixels per side,
+/// so a larger map costs memory without a gain.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: the aspect ratios differ by at most 2 %. The sizes may differ. Raises

@@ -51,10 +51,11 @@ inline namespace LDI_READERS {
 /// Decodes a JPEG, PNG, GIF or BMP file in memory; also HEIC, AVIF, WebP and TIFF if ldi::io was configured with their
 /// libraries.
 ///
-/// Applies the EXIF orientation. If ldi::io has Little CMS, converts colors to sRGB from the file's profile (ICC; Display P3
-/// and BT.2020 by number). Converts gray, and Adobe CMYK and YCCK without a profile, to RGB, keeps the upper 8 of 16 bits, and
-/// composites transparent pixels on white. Reads the first frame of an animated GIF and the default picture of an animated PNG,
-/// usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the result is the photo as a screen without HDR shows it.
+/// Applies the EXIF orientation. If ldi::io has Little CMS, converts colors to sRGB from the file's ICC profile, or from its
+/// color primaries if they are Display P3 or BT.2020. Converts gray, and Adobe CMYK and YCCK without a profile, to RGB, keeps the
+/// upper 8 of 16 bits, and composites transparent pixels on white. Reads the first frame of an animated GIF and the default
+/// picture of an animated PNG, usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the result is the photo as a screen
+/// without HDR shows it.
 ///
 /// where  name of the data in errors
 ///

@@ -57,7 +57,7 @@ struct photo_with_depth {
 /// map.
 inline float agreement(const image<float>& a, const image<float>& b);
 
-/// Finds the depth map beside a photo by its name: for `photo.jpg`, `photo_depth` with the ending png, jpg, jpeg, pfm or npy.
+/// Finds the depth map beside a photo by its name: for `photo.jpg`, `photo_depth` with the extension png, jpg, jpeg, pfm or npy.
 /// Returns an empty path if there is none.
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 

@@ -67,7 +67,7 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
+    buffer<std::int32_t> shown_;  // per position: the pixel of the most recently selected chart that covers it
 };
 
 inline void check_facts(const photo_facts& facts) {
@@ -149,7 +149,7 @@ public:
 private:
     std::int32_t chart_of(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
 
-    /// Adds the hems of the chart that `finder` shows. Its outline vertices are the inner ends.
+    /// Adds the hems of the chart that `finder` has selected. The chart's outline vertices are the inner ends of the hems.
     void add_hems(std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder) {
         const auto add_outer = [&](std::int32_t i) {
             const std::int32_t id = flat_.open_corners[i];
@@ -176,6 +176,7 @@ private:
     /// Adds the texture coordinates and the pixel of a vertex.
     ///
     /// to_atlas  offset from the lattice to texels
+    /// beyond    outer end of the hem, for a vertex of a hem
     void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder,
                      const hem& beyond = {}) {
         mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas[0]) + beyond.x) * u_scale_);
@@ -212,12 +213,12 @@ private:
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
     buffer<std::uint32_t> vertex_of_;        ///< per corner of the current chart: its vertex
-    buffer<std::int32_t> hemmed_pieces_;     ///< pieces with a hem, by chart
-    std::int32_t next_hemmed_ = 0;           ///< the next one in hemmed_pieces_
+    buffer<std::int32_t> hemmed_pieces_;     ///< pieces with a hem, sorted by chart
+    std::int32_t next_hemmed_ = 0;           ///< index in hemmed_pieces_ of the next piece to add
     textured_mesh mesh_;
 };
 
-/// Collects the disparity and, if there is a column, the matte of the nearest surface at each position.
+/// Collects the disparity of the nearest surface at each position, and its matte if there is a matte column.
 template <has_columns<disparity_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
     constexpr bool has_matte = has_column<Layers, matte_column>;
@@ -244,12 +245,12 @@ visible_surfaces find_visible(const Layers& layers) {
 ///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
 ///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface, so that no camera sees a
 ///         gap
-/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion are used
+/// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, invalid_data
-/// for disparities that are not finite, and too_large for a chart with a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if inputs don't fit together, or if there are charts and the atlas has no pixels; invalid_data
+/// for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts

@@ -45,15 +45,15 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
-    /// Maximum side of a depth sample, in pixels from 1 to 16, by which lengths in `alignment`, `components` and `curves` are
-    /// multiplied. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1, nothing is
-    /// multiplied.
+    /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
+    /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
+    /// nothing is multiplied.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened holes, of up to 11
-    /// pixels in views with a long side of 1000 pixels. Meant for depth that a network_decider (depth/network_decider.hpp)
-    /// decides.
+    /// Leveling of dips, off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened
+    /// holes, of up to 11 pixels in views with a long side of 1000 pixels. Meant for depth whose silhouettes a network_decider
+    /// (depth/network_decider.hpp) decides.
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
@@ -70,7 +70,7 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Whether the result contains `estimated`, `resampled` and `disparity`. Without them, converting needs 8 bytes less per
+    /// Whether the result contains `estimated`, `resampled` and `disparity`. Without them, the conversion needs 8 bytes less per
     /// pixel, or 12 if the estimate is as large as the photo.
     bool keeps_depth_maps = true;
     /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected

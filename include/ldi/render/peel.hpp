@@ -153,7 +153,7 @@ void copy_columns(const buffer<fragment>& fragments, const layered_image<Columns
 
 }  // namespace detail
 
-/// A layered image of another camera.
+/// A layered image in the space of another camera.
 template <payload_column... Columns>
 struct peeled_layers {
     layered_image<Columns...> layers;

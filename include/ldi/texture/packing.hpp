@@ -174,7 +174,7 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises too_large for a
+/// Packs all rectangles, each at least 1 x 1, the largest first, each on the first sheet with enough room. Raises too_large for a
 /// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;

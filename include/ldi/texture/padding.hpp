@@ -24,7 +24,7 @@ inline constexpr std::int32_t macroblock_side = 16;
 enum class texel_kind : std::uint8_t {
     empty,       ///< outside the blocks of all charts
     photo,       ///< a pixel visible in the photo
-    refilled,    ///< a visible pixel beside a silhouette whose color was mixed, so that it was inpainted
+    refilled,    ///< a visible pixel beside a silhouette, inpainted because its color was mixed
     occluded,    ///< an inpainted pixel behind another pixel
     copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends

@@ -110,8 +110,8 @@ struct color_model {
 // The straightened band, row by row.
 class band {
 public:
-    // radius  number of uncertain pixels on each side of the curve; up to as many pixels beyond them supply the color models of
-    //         front and back
+    // radius  number of uncertain pixels on each side of the curve; beyond them, up to `radius` more pixels on each side supply
+    //         the color models of front and back
     band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {

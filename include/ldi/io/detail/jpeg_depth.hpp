@@ -138,7 +138,7 @@ inline std::optional<located_depth> locate_dynamic_depth(std::span<const std::by
         const depth_meaning meaning = google_meaning(xmp, space, here);
         return located_depth{depth, confidence, meaning, std::string("Dynamic Depth, ") + range_name(meaning), here, {}, {}};
     }
-    raise(error_code::invalid_data, here, "the depth map that is announced", "no such file behind the photo");
+    raise(error_code::invalid_data, here, "the depth map that the XMP describes", "no such file after the photo");
 }
 
 /// Reads range and unit from Apple's properties; empty if the picture is not depth.

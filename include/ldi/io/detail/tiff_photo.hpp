@@ -1,5 +1,5 @@
-// Reads TIFF files with libtiff: the first picture of a file, of any kind that libtiff converts to 8-bit RGB. Rejects raw files
-// of cameras, which are TIFF files that begin with a thumbnail.
+// Reads TIFF files with libtiff: the first picture of a file, of any kind that libtiff converts to 8-bit RGB. Rejects camera raw
+// files, which are TIFF files that begin with a thumbnail.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -122,7 +122,7 @@ private:
         const void* data = nullptr;
         TIFFGetField(file.get(), TIFFTAG_SUBFILETYPE, &kind);
         if ((kind & FILETYPE_REDUCEDIMAGE) != 0 || TIFFGetField(file.get(), TIFFTAG_DNGVERSION, &data) == 1)
-            raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file (develop it first)");
+            raise(error_code::unsupported, where, "a TIFF picture", "a camera's raw file (develop it first)");
         TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
         TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
         if (width == 0 || height == 0) broken(where);

@@ -34,7 +34,7 @@ inline picture_header read_webp_header(std::span<const std::byte> bytes, const s
     WebPBitstreamFeatures features;
     if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &features) != VP8_STATUS_OK)
         damaged(picture_format::webp, where, "a bad header");
-    if (features.has_animation) raise(error_code::unsupported, where, "a WebP file of one picture", "an animation");
+    if (features.has_animation) raise(error_code::unsupported, where, "a WebP file with a single picture", "an animation");
     picture_header header;
     header.format = picture_format::webp;
     header.width = static_cast<std::size_t>(features.width), header.height = static_cast<std::size_t>(features.height);

@@ -59,7 +59,7 @@ template <int... lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
-    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // not NaN for infinity
+    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // ignores NaN (infinity * 0)
     float* const to = out.values + pixel * out.stride + from;
     if (out.count >= from + conv_width) return vst1q_f32(to, activated);
     if (out.count > from) vst1q_lane_f32(to, activated, 0);

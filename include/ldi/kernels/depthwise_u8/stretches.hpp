@@ -1,6 +1,6 @@
 // Splits a row for depthwise kernels that keep partial sums of windows in registers. The channels are split into units that
-// fill the vectors. For a unit with too few channels, the row is also split into stretches, runs of equally many adjacent
-// pixels, and one vector contains these channels of one pixel from each stretch.
+// fill the vectors. For a unit with too few channels, the row is also split into stretches, equally long runs of adjacent pixels,
+// and one vector contains these channels of one pixel from each stretch.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>

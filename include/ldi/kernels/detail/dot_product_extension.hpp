@@ -1,4 +1,4 @@
-// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018, in every Apple M.
+// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018 and all Apple M chips.
 #pragma once
 
 #include <ldi/base/config.hpp>

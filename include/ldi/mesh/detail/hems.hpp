@@ -1,6 +1,7 @@
-// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. Hidden surfaces that meet at similar
-// depth, but cannot be linked, end there (occlusion/detail/expansion.hpp), as do those that meet the photo's surface at the free
-// end of a silhouette. The two outlines are simplified apart and lie at different depths, so a camera that moves would see a gap.
+// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. A hidden surface ends where it meets
+// a hidden surface at similar depth to which it cannot be linked (occlusion/detail/expansion.hpp), and where it meets the photo's
+// surface at the free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different
+// depths, so a moving camera would see a gap between them.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -20,7 +21,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The outer end of a hem at a corner of an outline: an offset in pixels, and the disparity there.
+/// The outer end of a hem at a corner of an outline: its offset from the corner in pixels, and its disparity.
 struct hem {
     float x = 0, y = 0;
     float disparity = 0;
@@ -40,7 +41,7 @@ public:
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
     }
 
-    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all are if facts.motion is 0.
+    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all of them are if facts.motion is 0.
     buffer<hem> find() {
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
@@ -55,14 +56,14 @@ public:
 private:
     /// Margin in pixels for the outlines of both surfaces, each of which may be off by a pixel (mesh/simplify.hpp).
     static constexpr float mesh_pixels = 2.0F;
-    /// Maximum distance of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees past a hem if
-    /// the parallax of this distance exceeds the hem's width, so narrow hems are closer.
+    /// Maximum distance in disparity of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees
+    /// past a hem if the parallax of this distance exceeds the hem's width, so narrow hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
     /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
     static constexpr float max_width = 4.0F;
-    /// Maximum distance in disparity between surfaces at similar depth, as in expand().
+    /// Maximum distance in disparity between surfaces at similar depth, as a multiple of surface_rule::max_step, as in expand().
     static constexpr float max_link = 2.001F;
-    /// Distances from an edge at which is_hidden() looks.
+    /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
 
@@ -72,7 +73,7 @@ private:
     struct end {
         std::int32_t corner;  // index in flat_mesh::open_corners
         float disparity;
-        vector from, outward;  // start, and direction of length 1
+        vector from, outward;  // start of the hem, and unit vector out of the chart
     };
     struct hidden_pixel {
         std::int64_t position;
@@ -82,7 +83,7 @@ private:
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
 
-    /// Returns the lattice position at a distance along the outward direction; -1 outside the lattice.
+    /// Returns the lattice position at a distance from an end along its outward direction; -1 outside the lattice.
     std::int64_t position_at(const end& e, float distance) const {
         const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
         const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
@@ -119,7 +120,7 @@ private:
         }
     }
 
-    /// Whether a nearer surface is visible there. Simplified outlines may be off by a pixel, so both sides of the edge count.
+    /// Whether a nearer surface is visible at an end. Simplified outlines may be off by a pixel, so both sides of the edge count.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -127,7 +128,7 @@ private:
         });
     }
 
-    /// Collects the hidden pixels that lie where hems may lie.
+    /// Collects the hidden pixels at all positions that hems may cover.
     void collect_hidden() {
         buffer<std::uint8_t> is_near(graph_.position_count(), 0);
         for (const end& e : ends_)
@@ -157,8 +158,8 @@ private:
         return farthest;
     }
 
-    /// Extends a corner outward as far as nearer surfaces at similar depth extend, at most by the width of a hem, and behind the
-    /// surface there.
+    /// Returns the outer end of the hem at a corner. The hem extends outward as far as nearer surfaces at similar depth, at most
+    /// by width_, and ends behind them.
     hem hem_of(const end& e) const {
         hem result;
         float reach = 0;
@@ -173,7 +174,8 @@ private:
         return result;
     }
 
-    /// Moves the hems of all pieces that end at one corner to the same outer end, so that no gap is left between them.
+    /// Moves hems that share a corner to the mean of their outer ends, so that no gap remains between them, unless they point in
+    /// opposite directions.
     void join(buffer<hem>& hems) const {
         struct sum {
             hem total;
@@ -188,7 +190,7 @@ private:
         }
         for (const end& e : ends_) {
             const auto& [total, count] = sums[flat_.open_corners[e.corner]];
-            const bool is_opposite = vector_length(total.x, total.y) < count;  // less than a pixel
+            const bool is_opposite = vector_length(total.x, total.y) < count;  // the mean offset is shorter than a pixel
             if (!hems[e.corner].is_empty() && !is_opposite)
                 hems[e.corner] = {total.x / count, total.y / count, total.disparity / count};
         }
@@ -199,10 +201,10 @@ private:
     array_view<const float> disparity_;
     const image<float>& visible_;
     float max_step_;
-    float parallax_ = 0;  // in pixels, of a disparity of 1
-    float width_ = 0;     // of a hem, in pixels
+    float parallax_ = 0;  // parallax in pixels of a disparity of 1
+    float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
-    buffer<hidden_pixel> hidden_;  // those where hems may lie, by position
+    buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position
 };
 
 }}}  // namespace ldi::detail

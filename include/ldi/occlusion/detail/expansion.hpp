@@ -1,4 +1,4 @@
-// The growth of hidden surfaces, iteration by iteration (occlusion/expand.hpp).
+// Grows hidden surfaces, iteration by iteration (occlusion/expand.hpp).
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -21,8 +21,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
-/// ends there; the mesh closes the gap (mesh/detail/hems.hpp).
+/// Grows the surfaces behind all curves at the same time. A surface that meets another one at similar depth, but cannot be linked
+/// to it, ends there; the mesh closes the gap (mesh/detail/hems.hpp).
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -49,8 +49,8 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
-                // parallax.
+                // Past this end of the midground, the camera sees the surface behind the midground. nearest_front()
+                // determines the parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
                 for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
@@ -105,10 +105,11 @@ private:
     // disparities on either side by a few hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
+    // Distance along a curve, in pixel sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     // Minimum additional room in pixels for which a pixel's origin changes.
+    // As a multiple of the threshold, also the minimum distance of a new pixel behind the visible one.
     static constexpr float min_gain = 0.5F;
 
     struct front_pixel {
@@ -171,7 +172,8 @@ private:
     }
 
     // Joins hidden surfaces at similar depth. Links the surface of `pixel` to a surface at `position` that has no neighbor on
-    // that side yet. Returns whether growth ends: at a surface at similar depth, whether the two were linked or not.
+    // that side yet. Returns whether growth ends: it ends if it made a link, or at a hidden surface at similar depth to which no
+    // link is possible.
     bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
@@ -252,8 +254,8 @@ private:
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
     // line from the curve's end behind the front surface. It is as long as the surface grows at that end: a surface that grows
     // farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the curve, a value tuned by
-    // experiment. Steps from outside may cross it: they come from the other side of a narrow front, or have passed the line. So
-    // may a step that meets the same surface outside, as between the lines of two curves.
+    // experiment. Steps from outside may cross it: they come from the other side of a narrow front, or have passed the line. A
+    // step that meets the same surface outside, as between the lines of two curves, may cross it, too.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {

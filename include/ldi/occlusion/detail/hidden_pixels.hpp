@@ -132,7 +132,7 @@ private:
         is_base(pixel) ? base_.set_neighbor(pixel, s, neighbor) : hidden_.set_neighbor(hidden_index(pixel), s, neighbor);
     }
 
-    // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
+    // Returns all pixels in canonical order (core/canonical_order.hpp), as a list of pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
                                          0);  // per row: number of hidden pixels that start a run, later their first index

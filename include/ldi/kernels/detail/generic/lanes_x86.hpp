@@ -25,7 +25,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< without its last bit
+    __m128i shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
