@@ -341,7 +341,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 inline constexpr std::size_t buffer_alignment = 64;
 
 /// Tag for uninitialized values. Without it, a buffer initializes values to zero.
-struct unset_t {};
+struct unset_t {
+    explicit unset_t() = default;  // {} must not mean `unset`
+};
 inline constexpr unset_t unset{};
 
 namespace detail {
@@ -354,7 +356,7 @@ concept element_iterator = requires(T i) {
     i - i;
 };
 
-/// Reports that memory is exhausted. Outside `buffer`, so that it is compiled once for all element types.
+/// Reports that memory is exhausted. Defined outside `buffer`, so that it is compiled once for all element types.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
@@ -407,11 +409,11 @@ struct memory_block {
 }  // namespace detail
 
 /// A growing array, aligned to 64 bytes. Its first successful allocation selects its allocator: the one that is then current
-/// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
+/// (base/memory.hpp). Differences from std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
-/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a
-/// value's copy constructor throws while the buffer grows or is copied to, the buffer keeps its values, except in assign(). A
-/// buffer that grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
+/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a value's copy
+/// constructor throws while the buffer grows or is assigned to, the buffer keeps its values, except in assign(). A buffer that
+/// grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -667,7 +669,7 @@ public:
     using value_type = std::remove_const_t<T>;
 
     constexpr array_view() = default;
-    /// data  first of `size` values; null only if size is 0. As in std::span, no literal 0, and no pointer to a derived class
+    /// data  first of `size` values; null only if size is 0. Like std::span, rejects a literal 0 and pointers to a derived class
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(U* data, std::size_t size) : data_(data), size_(size) { LDI_ASSERT(data != nullptr || size == 0); }
@@ -1048,8 +1050,8 @@ inline float fused_multiply_add(float a, float b, float c) {
 #if defined(__FMA__) || defined(__aarch64__)
     return std::fma(a, b, c);  // one instruction
 #else
-    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct: S.
-    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
+    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct (S.
+    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd", 2008).
     const double product = double{a} * double{b}, sum = product + double{c};
     const double share_of_c = sum - product;
     const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
@@ -1095,7 +1097,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// x to the right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
-    float focal_length = 0;              ///< focal length in pixels; the optical axis passes through the middle of the photo
+    float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
 
     /// Middle of the photo in pixels.
     float center_x() const { return 0.5F * detail::nearest_float(width); }
@@ -1131,8 +1133,8 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 /// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
 /// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range).
 struct depth_range {
-    float z_near = 1.0F;  ///< depth at disparity 1
-    float z_far = 10.0F;  ///< depth at disparity 0
+    float z_near = 1.0F;  ///< depth at disparity 1, above 0
+    float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
@@ -1306,6 +1308,16 @@ class graph final : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// Makes a graph without pixels.
     graph() = default;
+    graph(const graph&) = default;
+    graph& operator=(const graph&) = default;
+    /// The moved-from graph is empty.
+    graph(graph&& other) noexcept : index_columns(std::move(other)) { other.width_ = other.height_ = 0; }
+    graph& operator=(graph&& other) noexcept {
+        index_columns::operator=(std::move(other));
+        if (this != &other) other.width_ = other.height_ = 0;
+        return *this;
+    }
+    ~graph() = default;
 
     operator graph_view() const& { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
     operator graph_view() const&& = delete;  // the view would outlive the graph
@@ -1397,7 +1409,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 /// Tag for overloads that skip a check. The caller guarantees what the check would find out.
-struct unchecked_t {};
+struct unchecked_t {
+    explicit unchecked_t() = default;  // build({}) must not compile
+};
 inline constexpr unchecked_t unchecked{};
 
 [[noreturn]] inline void refuse_graph(const violation& found) {
@@ -1561,10 +1575,16 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them.
+/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them. Raises mismatch for an
+/// index of a pixel that the column does not have.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
+    LDI_ASSERT(channels > 0 && column.size() % channels == 0);
     buffer<Scalar> result(order.size() * channels);
+    for (const std::int32_t old : order)
+        if (old < 0 || static_cast<std::size_t>(old) >= column.size() / channels)
+            raise(error_code::mismatch, "reorder", "indices of " + std::to_string(column.size() / channels) + " pixels",
+                  "index " + std::to_string(old));
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)
             result[i * channels + c] = column[static_cast<std::size_t>(order[i]) * channels + c];
@@ -1613,9 +1633,9 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel, at most 64 KiB in all. Tags are
-/// never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a default
-/// replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
+/// A column tag: a non-final class that states the scalar type and the number of scalars per pixel, at most 64 KiB per pixel.
+/// Tags are never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a
+/// default replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -1949,7 +1969,12 @@ public:
     link_editor(const link_editor&) = delete;
     link_editor& operator=(const link_editor&) = delete;
 
-    std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
+    /// Returns the neighbor of a pixel, or no_pixel. Raises mismatch for a pixel or a side that does not exist, in release
+    /// builds, too.
+    std::int32_t neighbor(std::int32_t pixel, side s) const {
+        check(pixel, s);
+        return graph_.neighbor(pixel, s);
+    }
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
     /// graph_builder::can_link(), in release builds, too.
     void link(std::int32_t a, side s, std::int32_t b) {
@@ -1959,12 +1984,16 @@ public:
     /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, in release builds,
     /// too.
     void unlink(std::int32_t a, side s) {
-        if (!graph_.exists(a)) detail::refuse_pixel(a);
-        if (!is_side(s)) detail::refuse_side(s);
+        check(a, s);
         graph_.unlink(a, s);
     }
 
 private:
+    void check(std::int32_t pixel, side s) const {
+        if (!graph_.exists(pixel)) detail::refuse_pixel(pixel);
+        if (!is_side(s)) detail::refuse_side(s);
+    }
+
     template <payload_column...>
     friend class layered_image;
     explicit link_editor(graph_builder& g) : graph_(g) {}
@@ -2189,6 +2218,127 @@ std::optional<violation> validate(const Layers& layers) {
 
 }}  // namespace ldi
 
+// ---- ldi/core/layered_view.hpp
+// A non-owning view of a layered image, or of a graph and columns that the caller owns.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+template <payload_column... Columns>
+class layered_view;
+
+namespace detail {
+template <class>
+inline constexpr bool is_layered_view = false;
+template <class... Columns>
+inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
+}  // namespace detail
+
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
+template <payload_column... Columns>
+class layered_view {
+    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
+
+public:
+    template <class Column>
+    static constexpr bool has = one_of<Column, Columns...>;
+
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
+    explicit layered_view(const graph_view& g,
+                          array_view<const typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0)
+        : graph_(g), columns_(shown<Columns>{columns}...) {
+        const auto check = [&](std::size_t expected, std::size_t found) {
+            if (found != expected) detail::refuse_column_length(expected, found);
+        };
+        (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
+    }
+    /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
+    /// column(), unless it is a temporary.
+    template <has_columns<Columns...> Layers>
+    requires(requires(const Layers& l) { graph_view(l.topology()); } &&
+             !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
+             (std::is_lvalue_reference_v<Layers> || detail::is_layered_view<std::remove_const_t<Layers>>))
+        layered_view(Layers&& layers)
+        : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
+
+    const graph_view& topology() const { return graph_; }
+    std::size_t size() const { return graph_.size(); }
+    template <one_of<Columns...> Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<shown<Column>>(columns_).values;
+    }
+    template <one_of<Columns...> Column, std::integral Index>
+    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+private:
+    template <class Column>
+    struct shown {
+        array_view<const typename Column::scalar> values;
+    };
+
+    graph_view graph_;
+    std::tuple<shown<Columns>...> columns_;
+};
+
+}}  // namespace ldi
+
+// ---- ldi/core/level_map.hpp
+// Relates the pixels of a graph to those of the graph at half resolution: coarsening makes it; plans, pooling and nearest
+// upsampling read it (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+struct coarsened;
+enum class orphan_rule : std::uint8_t;
+
+namespace detail {
+coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
+}
+
+/// How the pixels of a graph, the fine ones, relate to the pixels of the coarser graph that coarsen() made of it. Only coarsen()
+/// makes level maps that contain pixels, and they do not change, so their indices always exist.
+class level_map {
+public:
+    level_map() = default;
+    level_map(const level_map&) = default;
+    level_map& operator=(const level_map& other) { return *this = level_map(other); }
+    /// The moved-from map is empty.
+    level_map(level_map&& other) noexcept
+        : width_(std::exchange(other.width_, 0)),
+          height_(std::exchange(other.height_, 0)),
+          kept_(std::move(other.kept_)),
+          parent_(std::move(other.parent_)) {}
+    level_map& operator=(level_map&& other) noexcept {
+        width_ = std::exchange(other.width_, 0), height_ = std::exchange(other.height_, 0);
+        kept_ = std::move(other.kept_), parent_ = std::move(other.parent_);
+        return *this;
+    }
+
+    /// Size of the fine lattice.
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+
+    /// Per coarse pixel: index of the fine pixel that it keeps; ascending. A call on a temporary map returns the values instead
+    /// of a view, and leaves the map empty.
+    array_view<const std::int32_t> kept() const& { return kept_; }
+    buffer<std::int32_t> kept() && { return std::move(level_map(std::move(*this)).kept_); }
+    /// Per fine pixel: its coarse pixel, or no_pixel. A call on a temporary map returns the values, as for kept().
+    array_view<const std::int32_t> parent() const& { return parent_; }
+    buffer<std::int32_t> parent() && { return std::move(level_map(std::move(*this)).parent_); }
+
+private:
+    friend coarsened detail::coarsen_sound(const graph_view& g, orphan_rule orphans);
+
+    level_map(const graph_view& fine, buffer<std::int32_t> kept, buffer<std::int32_t> parent)
+        : width_(fine.width()), height_(fine.height()), kept_(std::move(kept)), parent_(std::move(parent)) {}
+
+    std::int32_t width_ = 0, height_ = 0;
+    buffer<std::int32_t> kept_, parent_;
+};
+
+}}  // namespace ldi
+
 // ---- ldi/core/runs.hpp
 // Runs: pixels that are contiguous in memory and linked from left to right. An LDI in canonical order consists mostly of long
 // runs, so that code can process them like the rows of an image.
@@ -2228,16 +2378,15 @@ inline buffer<pixel_run> runs_of(const graph_view& g) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A graph at half resolution, and how it connects to its parent level.
+/// Result of coarsen() for a graph.
 struct coarsened {
-    graph topology;               ///< the coarse graph, on a lattice of half the size, rounded up
-    buffer<std::int32_t> kept;    ///< per coarse pixel: index of the fine pixel that it keeps; ascending
-    buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
+    graph topology;  ///< the coarse graph, on a lattice of half the size, rounded up
+    level_map map;   ///< relates the pixels of both graphs
 };
 
 /// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel over links inside its 2 x 2 group, because it lies
 /// on a thin strip or behind a silhouette.
-enum class orphan_rule {
+enum class orphan_rule : std::uint8_t {
     /// an orphan adopts the parent of the nearest pixel that has one, counted in links; breadth-first exploration in the order
     /// up, down, left, right breaks ties
     adopt_nearest,
@@ -2265,8 +2414,13 @@ inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
 /// Returns the first kept pixel of a run in an even row; `last` if there is none.
 inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
+/// Both columns of a level_map under construction.
+struct level_columns {
+    buffer<std::int32_t> kept, parent;
+};
+
 /// Sets `kept`, and the parents of kept pixels. Returns the coarse graph with positions, but uninitialized links.
-inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, coarsened& result) {
+inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, level_columns& result) {
     const auto is_even_row = [&](const pixel_run& run) { return (g.y()[run.first] & 1) == 0; };
     std::size_t count = 0;
     for (const pixel_run& run : runs)
@@ -2289,7 +2443,7 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
 }
 
 /// Links kept pixels that are connected by a straight path of two links.
-inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
+inline void link_kept_pixels(const graph_view& g, const level_columns& result, graph_builder& made) {
     for (const side s : {side::down, side::right}) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
         for (std::int32_t i = 0; i < made.count(); ++i) made.set_neighbor(i, opposite(s), no_pixel);
@@ -2361,6 +2515,17 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         std::swap(ring, next);
     }
 }
+
+/// coarsen() for a graph whose invariants hold.
+inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
+    level_columns columns;
+    const buffer<pixel_run> runs = runs_of(g);
+    graph_builder coarse = keep_even_pixels(g, runs, columns);
+    link_kept_pixels(g, columns, coarse);
+    for (const pixel_run& run : runs) find_parents(g, run, columns.parent);
+    if (orphans == orphan_rule::adopt_nearest) adopt_nearest_parent(g, columns.parent);
+    return {std::move(coarse).build(unchecked), level_map(g, std::move(columns.kept), std::move(columns.parent))};
+}
 }  // namespace detail
 
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
@@ -2372,15 +2537,11 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
+inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
-    coarsened result;
-    const buffer<pixel_run> runs = runs_of(g);
-    graph_builder coarse = detail::keep_even_pixels(g, runs, result);
-    detail::link_kept_pixels(g, result, coarse);
-    result.topology = std::move(coarse).build(detail::unchecked);
-    for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
-    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
-    return result;
+    if (const std::optional<violation> found = validate(g)) detail::refuse_graph(*found);
+    return detail::coarsen_sound(g, orphans);
 }
 
 namespace detail {
@@ -2390,63 +2551,66 @@ struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
 
-    /// Raises mismatch if a parent does not exist, or if a coarse pixel has no fine pixels.
-    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
-        const auto refuse = [&](std::int32_t pixel, const char* found) {
-            raise(error_code::mismatch, "coarsened", "the result of coarsen()", found + std::to_string(pixel));
-        };
-        for (const std::int32_t parent : by.parent)
-            if (parent >= 0 && parent < by.kept.count())
-                ++first[parent + 1];
-            else if (parent != no_pixel)
-                refuse(parent, "a parent with index ");
-        for (std::size_t i = 1; i < first.size(); ++i) {
-            if (first[i] == 0) refuse(static_cast<std::int32_t>(i - 1), "no fine pixels of coarse pixel ");
-            first[i] += first[i - 1];
-        }
+    explicit collapsed_pixels(const level_map& by) : first(by.kept().size() + 1, 0) {
+        const array_view<const std::int32_t> parents = by.parent();
+        for (const std::int32_t parent : parents)
+            if (parent != no_pixel) ++first[parent + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
         pixels.resize(first.back(), unset);
         buffer<std::size_t> next(first);
-        for (std::int32_t i = 0; i < by.parent.count(); ++i)
-            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
+        for (std::int32_t i = 0; i < parents.count(); ++i)
+            if (parents[i] != no_pixel) pixels[next[parents[i]]++] = i;
     }
 };
 
+/// Returns a layered image on the coarse graph.
+///
+/// topology, map  result of coarsen() for the graph of `fine`
+template <template <class...> class Layers, class... Columns>
+layered_image<Columns...> coarser_columns(const Layers<Columns...>& fine, graph topology, const level_map& map) {
+    collapsed_pixels children(map);
+    const array_view<const std::int32_t> kept = map.kept();
+    for (std::int32_t c = 0; c < kept.count(); ++c) {  // moves the kept pixel to the front
+        std::int32_t* const first = children.pixels.data() + children.first[c];
+        std::int32_t* const found = std::find(first, children.pixels.data() + children.first[c + 1], kept[c]);
+        std::rotate(first, found, found + 1);
+    }
+    layered_image<Columns...> result(std::move(topology));
+    const auto fill = [&]<class Column>(std::type_identity<Column>) {
+        buffer<typename Column::scalar> values;
+        for (std::int32_t c = 0; c < kept.count(); ++c) {
+            values.clear();
+            for (std::size_t k = children.first[c]; k < children.first[c + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children.pixels[k])) values.push_back(value);
+            const auto coarse = coarser_values<Column>({values});
+            std::copy(coarse.begin(), coarse.end(), result.template at<Column>(c).begin());
+        }
+    };
+    (fill(std::type_identity<Columns>{}), ...);
+    return result;
+}
+
 }  // namespace detail
 
-/// A layered image at half resolution, and how it connects to its parent level.
+/// Result of coarsen() for a layered image.
 template <payload_column... Columns>
 struct coarsened_layers {
     layered_image<Columns...> layers;
-    buffer<std::int32_t> kept, parent;  ///< same as coarsened::kept and coarsened::parent
+    level_map map;  ///< relates the pixels of both images
 };
 
 /// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
 /// that share a parent. It receives the kept pixel first, then the other pixels by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
-    coarsened level = coarsen(graph_view(fine.topology()), orphans);
-    detail::collapsed_pixels children(level);
-    const std::int32_t count = level.kept.count();
-    for (std::int32_t c = 0; c < count; ++c) {  // moves the kept pixel to the front
-        std::int32_t* const first = children.pixels.data() + children.first[c];
-        std::int32_t* const kept = std::find(first, children.pixels.data() + children.first[c + 1], level.kept[c]);
-        std::rotate(first, kept, kept + 1);
-    }
-
-    coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
-                                        std::move(level.parent)};
-    const auto fill = [&]<class Column>(std::type_identity<Column>) {
-        buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < count; ++c) {
-            values.clear();
-            for (std::size_t k = children.first[c]; k < children.first[c + 1]; ++k)
-                for (const auto& value : fine.template at<Column>(children.pixels[k])) values.push_back(value);
-            const auto coarse = detail::coarser_values<Column>({values});
-            std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
-        }
-    };
-    (fill(std::type_identity<Columns>{}), ...);
-    return result;
+    coarsened level = coarsen(fine.topology(), orphans);
+    return {detail::coarser_columns(fine, std::move(level.topology), level.map), std::move(level.map)};
+}
+/// The same for a view. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+template <payload_column... Columns>
+coarsened_layers<Columns...> coarsen(const layered_view<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
+    coarsened level = coarsen(fine.topology(), orphans);
+    return {detail::coarser_columns(fine, std::move(level.topology), level.map), std::move(level.map)};
 }
 
 }}  // namespace ldi
@@ -2629,7 +2793,7 @@ public:
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
     /// Computes all values with `rounds` Gauss-Seidel rounds per level. A cell that no link connects to a known value gets the
-    /// mean of all known values.
+    /// mean of all known values. Every call starts anew; cells, neighbors and links may be added between calls.
     void solve(int rounds) {
         if (size() == 0) return;
         std::size_t depth = 1;
@@ -2660,9 +2824,10 @@ private:
     /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
-        /// Per cell: sum over its known neighbors, and in the last entry their number. prepare() replaces the last entry by 1 /
-        /// (number of all neighbors).
+        /// Per cell: sum over its known neighbors, and in the last entry their number.
         buffer<value_type> known;
+        /// Per cell: 1 / (number of all neighbors); 0 for a cell without neighbors, which keeps its value. prepare() computes it.
+        buffer<float> weight;
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
         buffer<std::int32_t> parent;
@@ -2714,11 +2879,11 @@ private:
         }
 
         void prepare() {
+            weight.resize(value.size());
             for (std::size_t i = 1; i < value.size(); ++i) {
                 float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // a cell without neighbors keeps its value
-                known[i][Channels] = 1.0F / neighbors;
+                weight[i] = neighbors > 0.0F ? 1.0F / neighbors : 0.0F;
             }
         }
 
@@ -2726,6 +2891,7 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
+                if (weight[i] == 0.0F) continue;
                 const value_type& up = value[links[i][upwards]];
                 const value_type& down = value[links[i][downwards]];
                 const value_type& left = value[links[i][to_left]];
@@ -2733,7 +2899,7 @@ private:
                 const value_type& k = known[i];
                 value_type mean;
                 for (std::size_t c = 0; c < Channels + 1; ++c)
-                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[Channels];
+                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * weight[i];
                 value[i] = mean;
             }
         }
@@ -3022,71 +3188,6 @@ bool same_shape(const auto& a, const auto& b) {
 
 }}  // namespace ldi
 
-// ---- ldi/core/layered_view.hpp
-// A non-owning view of a layered image, or of a graph and columns that the caller owns.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-template <payload_column... Columns>
-class layered_view;
-
-namespace detail {
-template <class>
-inline constexpr bool is_layered_view = false;
-template <class... Columns>
-inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
-}  // namespace detail
-
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
-template <payload_column... Columns>
-class layered_view {
-    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
-
-public:
-    template <class Column>
-    static constexpr bool has = one_of<Column, Columns...>;
-
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
-    explicit layered_view(const graph_view& g,
-                          array_view<const typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0)
-        : graph_(g), columns_(shown<Columns>{columns}...) {
-        const auto check = [&](std::size_t expected, std::size_t found) {
-            if (found != expected) detail::refuse_column_length(expected, found);
-        };
-        (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
-    }
-    /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
-    /// column(), unless it is a temporary.
-    template <has_columns<Columns...> Layers>
-    requires(requires(const Layers& l) { graph_view(l.topology()); } &&
-             !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
-             (std::is_lvalue_reference_v<Layers> || detail::is_layered_view<std::remove_const_t<Layers>>))
-        layered_view(Layers&& layers)
-        : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
-
-    const graph_view& topology() const { return graph_; }
-    std::size_t size() const { return graph_.size(); }
-    template <one_of<Columns...> Column>
-    array_view<const typename Column::scalar> column() const {
-        return std::get<shown<Column>>(columns_).values;
-    }
-    template <one_of<Columns...> Column, std::integral Index>
-    std::span<const typename Column::scalar, Column::channels> at(Index pixel) const {
-        return detail::pixel_scalars<Column>(column<Column>(), pixel);
-    }
-
-private:
-    template <class Column>
-    struct shown {
-        array_view<const typename Column::scalar> values;
-    };
-
-    graph_view graph_;
-    std::tuple<shown<Columns>...> columns_;
-};
-
-}}  // namespace ldi
-
 // ---- ldi/core/surface.hpp
 // The rule for whether neighboring pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
 
@@ -3094,8 +3195,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
-    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). make_photo3d()
-    /// requires 0.001 to 1.
+    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). 0 or more;
+    /// make_photo3d() requires 0.001 to 1.
     float max_step = 0.05F;
 
     /// Whether two neighbors with these disparities are on one surface. False if either is NaN.
@@ -3170,7 +3271,8 @@ public:
     std::size_t size() const { return static_cast<std::size_t>(count()); }
 
     /// Returns the runs of a row; empty for rows outside the lattice.
-    std::span<const run> row(std::int32_t y) const {
+    std::span<const run> row(std::int32_t) const&& = delete;  // the runs would be destroyed with the region
+    std::span<const run> row(std::int32_t y) const& {
         if (y < 0 || y >= height()) return {};
         return {runs_.data() + first_run(y), static_cast<std::size_t>(row_ends_[y] - first_run(y))};
     }
@@ -3740,7 +3842,7 @@ struct cpuid_leaf {
 #endif
 
 // ---- ldi/kernels/detail/dot_product_extension.hpp
-// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018, in every Apple M.
+// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018 and all Apple M chips.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4627,7 +4729,7 @@ private:
 struct integer_adder {
     static constexpr std::size_t width = 16;
     v128_t bias, a_multiplier, b_multiplier, zero_point;
-    std::uint32_t shift;  ///< without its last bit
+    std::uint32_t shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
@@ -4739,7 +4841,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< without its last bit
+    __m128i shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -4932,7 +5034,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< without its last bit
+    __m128i shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -5776,7 +5878,7 @@ template <int... lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
-    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // not NaN for infinity
+    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // ignores NaN (infinity * 0)
     float* const to = out.values + pixel * out.stride + from;
     if (out.count >= from + conv_width) return vst1q_f32(to, activated);
     if (out.count > from) vst1q_lane_f32(to, activated, 0);
@@ -6978,8 +7080,8 @@ struct depthwise_u8_kernel {
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
 // Splits a row for depthwise kernels that keep partial sums of windows in registers. The channels are split into units that
-// fill the vectors. For a unit with too few channels, the row is also split into stretches, runs of equally many adjacent
-// pixels, and one vector contains these channels of one pixel from each stretch.
+// fill the vectors. For a unit with too few channels, the row is also split into stretches, equally long runs of adjacent pixels,
+// and one vector contains these channels of one pixel from each stretch.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -9983,42 +10085,90 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
-/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs.
-struct convolution_plan {
-    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
-    /// kernel_size pixels centered at pixel `rows[s * kernel_size + r] + stride * i`, where s is the index of the segment.
-    struct segment {
-        std::int32_t first, count;
-    };
+class convolution_plan;
 
+namespace detail {
+
+/// A run of outputs of a plan.
+struct plan_segment {
+    std::int32_t first, count;
+};
+
+/// The parts of a plan, writable. Functions that plan or renumber fill them.
+struct plan_parts {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;     ///< pixels of the graph
     std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
-    buffer<segment> segments;        ///< in ascending order of outputs
+    buffer<plan_segment> segments;   ///< in ascending order of outputs
     buffer<std::int32_t> rows;       ///< segments x kernel_size
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
-    /// kernel_size as std::size_t.
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
-    /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
+};
+
+plan_parts parts_of(convolution_plan plan);
+
+}  // namespace detail
+
+/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans do not
+/// change, so the pixels and outputs that they name always exist.
+class convolution_plan {
+public:
+    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
+    /// kernel_size pixels centered at pixel `rows_of(s)[r] + stride * i`, where s is the index of the segment.
+    using segment = detail::plan_segment;
+
+    /// Makes a plan without inputs and outputs.
+    convolution_plan() = default;
+    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
+
+    std::int32_t kernel_size() const { return parts_.kernel_size; }
+    std::int32_t stride() const { return parts_.stride; }
+    /// Number of pixels of the graph.
+    std::size_t input_count() const { return parts_.input_count; }
+    /// Number of pixels of the graph or, with stride 2, of the coarse graph.
+    std::size_t output_count() const { return parts_.output_count; }
+    /// kernel_size() as std::size_t.
+    std::size_t k() const { return parts_.k(); }
+    /// Number of pixels per window.
+    std::size_t elements() const { return parts_.elements(); }
+
+    /// The segments, in ascending order of outputs.
+    array_view<const segment> segments() const& { return parts_.segments; }
+    array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
     /// The center pixels of the kernel_size window rows of a segment's first output.
-    std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
-    /// The window of an irregular output, row by row.
-    std::span<const std::int32_t> window_of(std::size_t i) const {
-        return std::span(windows).subspan(i * elements(), elements());
+    std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
+    std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
+    /// The irregular outputs, ascending.
+    array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
+    array_view<const std::int32_t> irregular() const&& = delete;
+    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
+    std::span<const std::int32_t> window_of(std::size_t i) const& {
+        return std::span(parts_.windows).subspan(i * elements(), elements());
     }
+    std::span<const std::int32_t> window_of(std::size_t) const&& = delete;
+    /// The windows of all irregular outputs.
+    array_view<const std::int32_t> windows() const& { return parts_.windows; }
+    array_view<const std::int32_t> windows() const&& = delete;
 
     /// Memory that the plan has allocated, in bytes.
     std::size_t bytes() const {
-        return segments.capacity() * sizeof(segment) +
-               (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
+        return parts_.segments.capacity() * sizeof(segment) +
+               (parts_.rows.capacity() + parts_.irregular.capacity() + parts_.windows.capacity()) * sizeof(std::int32_t);
     }
+
+private:
+    friend detail::plan_parts detail::parts_of(convolution_plan plan);
+
+    detail::plan_parts parts_;
 };
 
 namespace detail {
+
+inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
 
 inline void check_kernel_size(std::int32_t kernel_size) {
     if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
@@ -10030,20 +10180,19 @@ inline void check_kernel_size(std::int32_t kernel_size) {
 /// share the kernels' tiles.
 inline constexpr std::int32_t min_segment = 4;
 
-inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
-                        std::int32_t shift) {
+inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::int32_t> rows, std::int32_t shift) {
     plan.segments.push_back(s);
     for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
 }
 
-inline void add_irregular(convolution_plan& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
+inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
     plan.irregular.push_back(output);
     plan.windows.resize(plan.windows.size() + plan.elements());
     gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
 }
 
 inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
-    convolution_plan plan;
+    plan_parts plan;
     plan.kernel_size = kernel_size;
     plan.input_count = plan.output_count = g.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
@@ -10052,41 +10201,35 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
         return true;
     });
     regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
-    return plan;
+    return convolution_plan(std::move(plan));
 }
 
-inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse,
-                                  regular_pixels regular) {
-    convolution_plan plan;
-    plan.kernel_size = kernel_size, plan.stride = 2;
-    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
     const auto refuse = [&](const std::string& found) {
-        raise(error_code::mismatch, "plan_convolution", "the result of coarsen() for this graph", found);
+        raise(error_code::mismatch, "plan_convolution", "the map of the result of coarsen() for this graph", found);
     };
-    if (coarse.parent.size() != g.size())
-        refuse("that of a graph of " + std::to_string(coarse.parent.size()) + " instead of " + std::to_string(g.size()) +
-               " pixels");
-    const graph& half = coarse.topology;
-    if (half.width() != detail::half_rounded_up(g.width()) || half.height() != detail::half_rounded_up(g.height()) ||
-        half.size() != coarse.kept.size())
-        refuse("that of another lattice");
-    // `kept` is ascending, so all its pixels exist if the first and the last one do.
-    if (!coarse.kept.empty() && (coarse.kept.front() < 0 || coarse.kept.back() >= g.count())) refuse("that of a larger graph");
+    const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
+    if (parent.size() != g.size())
+        refuse("that of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
+    if (map.width() != g.width() || map.height() != g.height()) refuse("that of another lattice");
+    plan_parts plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = all_kept.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
-        const std::int32_t output = coarse.parent[first + odd];
-        if (output < 0 || output > coarse.kept.count() - kept || coarse.kept[output] != first + odd ||
-            coarse.kept[output + kept - 1] != first + odd + 2 * (kept - 1))
+        const std::int32_t output = parent[first + odd];
+        if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
+            all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
             refuse("that of another graph");
         add_segment(plan, {output, kept}, rows, odd);
         return true;
     });
-    for (std::int32_t o = 0; o < coarse.kept.count(); ++o)
-        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, o, coarse.kept[o]);
-    return plan;
+    for (std::int32_t o = 0; o < all_kept.count(); ++o)
+        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
+    return convolution_plan(std::move(plan));
 }
 
 }  // namespace detail
@@ -10102,42 +10245,49 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
-/// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
+/// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+/// map          of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size; mismatch if `coarse` has the sizes of another graph, or other pixels in the
-/// runs that become segments.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
+/// Raises invalid_option for another kernel size; mismatch if `map` is that of a graph of another size or lattice, or of one with
+/// other pixels in the runs that become segments.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
-    return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
 }
 
 namespace detail {
 
 /// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
 template <class Number>
-convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
-    convolution_plan result;
-    result.kernel_size = plan.kernel_size, result.stride = plan.stride;
-    result.input_count = plan.input_count, result.output_count = plan.output_count;
+plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
+    plan_parts result;
+    result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
+    result.input_count = plan.input_count(), result.output_count = plan.output_count();
+    const array_view<const plan_segment> segments = plan.segments();
+    const array_view<const std::int32_t> all_irregular = plan.irregular();
+    const auto refuse = [](std::int32_t output) {
+        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
+    };
     std::size_t s = 0, irregular = 0;
     for (std::size_t i = 0; i < outputs.size();) {
         const std::int32_t output = outputs[i];
-        while (s < plan.segments.size() && plan.segments[s].first + plan.segments[s].count <= output) ++s;
-        if (s == plan.segments.size() || plan.segments[s].first > output) {
-            while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
-            LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
+        if (i > 0 && outputs[i - 1] >= output) refuse(output);
+        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
+        if (s == segments.size() || segments[s].first > output) {
+            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
+            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
             result.irregular.push_back(number(i));
             const std::span<const std::int32_t> window = plan.window_of(irregular);
             result.windows.append(window.begin(), window.end());
             ++i;
             continue;
         }
-        const convolution_plan::segment from = plan.segments[s];
+        const plan_segment from = segments[s];
         std::size_t last = i + 1;
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
-        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
+        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
         if (count >= min_segment)
             add_segment(result, {number(i), count}, rows, shift);
@@ -10145,8 +10295,8 @@ convolution_plan restrict_and_number(const convolution_plan& plan, std::span<con
             for (std::int32_t o = 0; o < count; ++o) {
                 result.irregular.push_back(number(i) + o);
                 for (const std::int32_t row : rows)
-                    for (std::int32_t x = 0; x < plan.kernel_size; ++x)
-                        result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
+                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
+                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
             }
         i = last;
     }
@@ -10157,41 +10307,43 @@ convolution_plan restrict_and_number(const convolution_plan& plan, std::span<con
 
 /// Returns the plan restricted to some outputs.
 ///
-/// outputs  ascending outputs of the plan
+/// outputs  ascending outputs of the plan; raises mismatch for others
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
+    return convolution_plan(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
 }
 
 /// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
+///
+/// outputs  as in restrict_to()
 inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    convolution_plan result =
+    detail::plan_parts result =
         detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
     result.output_count = outputs.size();
-    return result;
+    return convolution_plan(std::move(result));
 }
 
 /// Marks all pixels that the plan's outputs read.
 ///
-/// marks  plan.input_count; the function sets marks to 1 and clears none
+/// marks  plan.input_count(); the function sets marks to 1 and clears none
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
-    LDI_ASSERT(marks.size() == plan.input_count);
-    for (std::size_t s = 0; s < plan.segments.size(); ++s)
+    LDI_ASSERT(marks.size() == plan.input_count());
+    for (std::size_t s = 0; s < plan.segments().size(); ++s)
         for (const std::int32_t row : plan.rows_of(s)) {
-            std::uint8_t* const first = marks.data() + (row - plan.kernel_size / 2);
-            const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
+            std::uint8_t* const first = marks.data() + (row - plan.kernel_size() / 2);
+            const std::int32_t count = plan.stride() * (plan.segments()[s].count - 1) + plan.kernel_size();
             // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
-            if (plan.kernel_size > 1 || plan.stride == 1)
+            if (plan.kernel_size() > 1 || plan.stride() == 1)
                 std::fill_n(first, count, std::uint8_t{1});
             else
                 for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
         }
-    for (const std::int32_t pixel : plan.windows)
+    for (const std::int32_t pixel : plan.windows())
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
 }
 
 /// Lists all pixels that the plan's outputs read, ascending.
 inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    buffer<std::uint8_t> marks(plan.input_count, 0);
+    buffer<std::uint8_t> marks(plan.input_count(), 0);
     mark_needed_inputs(plan, marks);
     buffer<std::int32_t> pixels;
     for (std::int32_t i = 0; i < marks.count(); ++i)
@@ -10252,15 +10404,17 @@ struct basic_feature_map {
 
     /// The channels of one pixel.
     template <std::integral Index>
-    std::span<Value> at(Index pixel) {
+    std::span<Value> at(Index pixel) & {
         return std::span<Value>(values).subspan(first(pixel), channels);
     }
     template <std::integral Index>
-    std::span<const Value> at(Index pixel) const {
+    std::span<const Value> at(Index pixel) const& {
         return std::span<const Value>(values).subspan(first(pixel), channels);
     }
+    template <std::integral Index>
+    std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
-    /// The map must outlive the view and keep its size.
+    /// The map must outlive the view and keep its size. A temporary map converts, too, as an argument of a call.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -10272,16 +10426,34 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
-/// parent. The map and the parents must outlive the view.
+namespace detail {
+
+/// Views a coarse map on the finer graph.
 ///
-/// parent  coarsened::parent, one per pixel of the finer graph
+/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel
 template <class Value>
-basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+basic_feature_view<Value> view_through(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
+
+}  // namespace detail
+
+/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
+/// parent. Both arguments must outlive the view. Raises mismatch unless `coarse` has one pixel per pixel of the coarse graph.
+///
+/// by  of the result of coarsen() for the finer graph
 template <class Value>
-basic_feature_view<Value> upsample(const basic_feature_map<Value>&& coarse, std::span<const std::int32_t> parent) = delete;
+basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
+    if (coarse.pixels() != by.kept().size())
+        raise(error_code::mismatch, "upsample", std::to_string(by.kept().size()) + " pixels", std::to_string(coarse.pixels()));
+    return detail::view_through(coarse, by.parent());
+}
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&) = delete;
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&, const level_map&&) = delete;
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&&) = delete;
 
 namespace detail {
 
@@ -10377,18 +10549,20 @@ public:
     void run(std::int32_t first, std::int32_t last) {
         const convolution_plan& plan = job_.plan;
         const auto ends_before = [&](const convolution_plan::segment& c) { return c.first + c.count <= first; };
-        std::size_t s = index_in(plan.segments, std::partition_point(plan.segments.begin(), plan.segments.end(), ends_before));
-        for (; s < plan.segments.size() && plan.segments[s].first < last; ++s) {
-            const convolution_plan::segment here = plan.segments[s];
+        const array_view<const convolution_plan::segment> segments = plan.segments();
+        std::size_t s = index_in(segments, std::partition_point(segments.begin(), segments.end(), ends_before));
+        for (; s < segments.size() && segments[s].first < last; ++s) {
+            const convolution_plan::segment here = segments[s];
             const std::int32_t from = (std::max)(first, here.first), to = (std::min)(last, here.first + here.count);
             row_pixels rows{};
             for (std::size_t r = 0; r < k(); ++r)
-                rows[r] = plan.rows_of(s)[r] + plan.stride * (from - here.first) - plan.kernel_size / 2;
+                rows[r] = plan.rows_of(s)[r] + plan.stride() * (from - here.first) - plan.kernel_size() / 2;
             run_segment(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from), rows);
         }
-        const std::int32_t* const begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
-        const std::size_t end = index_in(plan.irregular, std::lower_bound(begin, plan.irregular.end(), last));
-        for (std::size_t i = index_in(plan.irregular, begin); i < end; i += batch_) run_irregular(i, (std::min)(batch_, end - i));
+        const array_view<const std::int32_t> irregular = plan.irregular();
+        const std::int32_t* const begin = std::lower_bound(irregular.begin(), irregular.end(), first);
+        const std::size_t end = index_in(irregular, std::lower_bound(begin, irregular.end(), last));
+        for (std::size_t i = index_in(irregular, begin); i < end; i += batch_) run_irregular(i, (std::min)(batch_, end - i));
     }
 
 private:
@@ -10405,12 +10579,12 @@ private:
     }
 
     template <class T>
-    static std::size_t index_in(const buffer<T>& values, const T* place) {
+    static std::size_t index_in(array_view<const T> values, const T* place) {
         return static_cast<std::size_t>(place - values.begin());
     }
 
     std::size_t k() const { return job_.plan.k(); }
-    std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
+    std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride()); }
     result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
@@ -10469,8 +10643,10 @@ private:
         value_type* to = values_.data();
         for (std::size_t o = 0; o < count; ++o) {
             std::size_t counted = 0;
-            for (std::size_t e = 0; e < elements; ++e, to += job_.channels)
-                counted += copy_pixel(job_.sources, job_.plan.windows[(first + o) * elements + e], to);
+            for (const std::int32_t pixel : job_.plan.window_of(first + o)) {
+                counted += copy_pixel(job_.sources, pixel, to);
+                to += job_.channels;
+            }
             ratios_[o] = ratio(counted);
         }
         row_starts starts{};
@@ -10478,7 +10654,7 @@ private:
         multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
         const std::size_t outputs = job_.weights.outputs;
         for (std::size_t o = 0; o < count; ++o) {
-            const std::size_t output = static_cast<std::size_t>(job_.plan.irregular[first + o]);
+            const std::size_t output = static_cast<std::size_t>(job_.plan.irregular()[first + o]);
             copy_row(results_.data() + o * outputs, outputs, result_of(output));
             finish(output, ratios_[o]);
         }
@@ -10511,25 +10687,30 @@ template <class Weights, class Result, executor Executor>
 void run_convolution(const convolution_plan& plan, const Weights& weights,
                      std::span<const basic_feature_view<typename Weights::value_type>> sources, bool is_partial,
                      std::span<Result> result, std::span<std::uint8_t> result_mask, Executor& threads) {
+    const auto expect = [](const char* what, std::size_t expected, std::size_t found) {
+        if (found != expected)
+            raise(error_code::mismatch, "convolution", std::to_string(expected) + " " + what, std::to_string(found));
+    };
     std::size_t channels = 0;
     for (const auto& source : sources) {
         LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
-        LDI_ASSERT(source.pixels() == plan.input_count);
         LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
+        expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }
-    LDI_ASSERT(weights.rows == plan.k() && weights.inputs == weights.rows * channels);
-    LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
-    LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
+    expect("window rows in the plan", weights.rows, plan.k());
+    expect("channels in all sources", weights.inputs / weights.rows, channels);
+    expect("values in the result", plan.output_count() * weights.outputs, result.size());
+    if (!result_mask.empty()) expect("values in the result's mask", plan.output_count(), result_mask.size());
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
     // Each block computes its gathered outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
-    parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
+    parallel_for(threads, (plan.output_count() + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);
         for (std::size_t b = first; b < last; ++b)
             thread.run(static_cast<std::int32_t>(b * block),
-                       static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count)));
+                       static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count())));
     });
 }
 
@@ -10545,9 +10726,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Transposes outputs x inputs x k x k to outputs x k x k x inputs.
-inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
-    LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
+/// Transposes outputs x inputs x k x k to outputs x k x k x inputs. Raises invalid_option for another kernel size than 1, 3, ...,
+/// max_kernel_size, and mismatch if there are no outputs, or weights for a part of the inputs only.
+inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::int32_t kernel_size) {
+    check_kernel_size(kernel_size);
+    const std::size_t elements = static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size);
+    if (outputs == 0 || weights.empty() || weights.size() % (outputs * elements) != 0)
+        raise(error_code::mismatch, "convolution", "outputs x inputs x " + std::to_string(elements) + " weights",
+              std::to_string(weights.size()) + " weights for " + std::to_string(outputs) + " outputs");
     const std::size_t inputs = weights.size() / (outputs * elements);
     buffer<float> result(weights.size());
     for (std::size_t o = 0; o < outputs; ++o)
@@ -10563,11 +10749,13 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the total
 ///          number of channels of all sources, concatenated in order
-/// bias     outputs
+/// bias     outputs, 1 or more
+///
+/// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
-    const std::size_t k = static_cast<std::size_t>(kernel_size);
-    return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
+    return pack_conv_f32(target, detail::channels_last(weights, bias.size(), kernel_size), bias,
+                         static_cast<std::size_t>(kernel_size), after);
 }
 
 /// Channels and quantization of a source of bytes.
@@ -10576,7 +10764,8 @@ struct quantized_source {
     quantization values;
 };
 
-/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63.
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63. Raises
+/// the same errors as pack_convolution().
 ///
 /// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
 /// result   quantization of byte results; float results are in units of result.scale
@@ -10584,7 +10773,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
                                              std::int32_t kernel_size, activation after,
                                              std::span<const quantized_source> sources, quantization result) {
     const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
-    buffer<float> scaled = detail::channels_last(weights, outputs, k * k);
+    buffer<float> scaled = detail::channels_last(weights, outputs, kernel_size);
     buffer<float> input_scales;
     buffer<std::uint8_t> zero_points;
     for (std::size_t x = 0; x < k; ++x)
@@ -10592,7 +10781,9 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
             input_scales.resize(input_scales.size() + source.channels, source.values.scale);
             zero_points.resize(zero_points.size() + source.channels, source.values.zero_point);
         }
-    LDI_ASSERT(scaled.size() == outputs * k * input_scales.size());
+    if (scaled.size() != outputs * k * input_scales.size())
+        raise(error_code::mismatch, "convolution", std::to_string(scaled.size() / (outputs * k * k)) + " channels in all sources",
+              std::to_string(input_scales.size() / k));
     const std::size_t inputs = k * input_scales.size();
     buffer<std::int8_t> rounded(scaled.size());
     buffer<float> scales(outputs), result_bias(outputs);
@@ -10612,7 +10803,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
-/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
+/// result   plan.output_count() x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
@@ -10632,7 +10823,7 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// are excluded.
 ///
 /// sources, result  as in convolve(), but sources may have masks
-/// result_mask      plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
+/// result_mask      plan.output_count(): 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
                         std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -10649,8 +10840,8 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
-//     const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half), fine);                            // stride 2
-//     const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.parent), fine});
+//     const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half.map), fine);                            // stride 2
+//     const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.map), fine});
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10666,7 +10857,9 @@ public:
     /// Packs the weights.
     ///
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
-    /// bias     outputs
+    /// bias     outputs, 1 or more
+    ///
+    /// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
@@ -10674,13 +10867,15 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
+    /// Raises mismatch for a plan of another kernel size, and for maps with other pixels or channels.
+    ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
     ///         empty unless the layer is partial
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
-        feature_map result(plan.output_count, weights_.outputs);
+        feature_map result(plan.output_count(), weights_.outputs);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)
             convolve_partially(plan, weights_, sources, result.values, {}, threads);
@@ -11118,12 +11313,14 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 ///
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
 ///         these must be included
-inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
-    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
+    detail::plan_parts parts = detail::parts_of(std::move(plan));
+    LDI_ASSERT(inputs.row_of.size() == parts.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
-    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
-    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
-    plan.input_count = inputs.size();
+    for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
+    parts.input_count = inputs.size();
+    return convolution_plan(std::move(parts));
 }
 
 /// Renumbers a plan for tensors that store only the rows of subsets.
@@ -11131,12 +11328,12 @@ inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) 
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
-    renumber_inputs(plan, inputs);
-    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
-    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
-    plan.output_count = outputs.size();
-    return plan;
+    detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
+    LDI_ASSERT(outputs.row_of.size() == parts.output_count);
+    for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
+    parts.output_count = outputs.size();
+    return convolution_plan(std::move(parts));
 }
 
 }}  // namespace ldi
@@ -11156,17 +11353,17 @@ namespace detail {
 /// combine  combines the values of two pixels
 /// finish   maps a coarse pixel's combined value and its number of fine pixels to the result
 template <class Sum, class Value, executor Executor, class Combine, class Finish>
-basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor& threads, Combine combine,
+basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const level_map& by, Executor& threads, Combine combine,
                               Finish finish) {
-    LDI_ASSERT(fine.pixels() == by.parent.size());
+    if (fine.pixels() != by.parent().size())
+        raise(error_code::mismatch, "pooling", std::to_string(by.parent().size()) + " pixels", std::to_string(fine.pixels()));
     const collapsed_pixels collapsed(by);
-    basic_feature_map<Value> result(by.kept.size(), fine.channels, fine.zero);
+    basic_feature_map<Value> result(by.kept().size(), fine.channels, fine.zero);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, result.pixels(), grain, [&](std::size_t begin, std::size_t end) {
         buffer<Sum> sums(fine.channels);
         for (std::size_t i = begin; i < end; ++i) {
             const std::size_t first = collapsed.first[i], last = collapsed.first[i + 1];
-            LDI_ASSERT(last > first);
             std::copy_n(fine.at(collapsed.pixels[first]).begin(), fine.channels, sums.begin());
             for (std::size_t p = first + 1; p < last; ++p) {
                 const std::span<const Value> from = fine.at(collapsed.pixels[p]);
@@ -11184,9 +11381,9 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarse
 /// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    result of coarsen() for the graph of `fine`
+/// by    of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
 template <class Value, executor Executor = const serial_executor>
-basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
         return detail::pool<float>(
             fine, by, threads, [](float a, float b) { return a + b; },
@@ -11200,9 +11397,9 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
 /// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    result of coarsen() for the graph of `fine`
+/// by    of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
 template <class Value, executor Executor = const serial_executor>
-basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     return detail::pool<Value>(
         fine, by, threads, [](Value a, Value b) { return (std::max)(a, b); }, [](Value largest, std::size_t) { return largest; });
 }
@@ -11267,7 +11464,7 @@ public:
                     x = add(run, x, (std::min)(end, run.last), y, is_regular);
                 }
         }
-        return std::move(plan_);
+        return convolution_plan(std::move(plan_));
     }
 
 private:
@@ -11297,7 +11494,7 @@ private:
 
     const pixel_region &inputs_, &outputs_;
     std::int32_t radius_;
-    convolution_plan plan_;
+    plan_parts plan_;
 };
 
 }  // namespace detail
@@ -11538,7 +11735,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& a = checked_input(place, tensors, s.inputs[0]);
     const checked_tensor& b = checked_input(place, tensors, s.inputs[1]);
     if (a.channels != b.channels)
-        raise(error_code::mismatch, place, "two tensors with equally many channels",
+        raise(error_code::mismatch, place, "two tensors with the same number of channels",
               std::to_string(a.channels) + " and " + std::to_string(b.channels));
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
@@ -12135,9 +12332,9 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
 }}}  // namespace ldi::detail
 
 // ---- ldi/nn/dense/quantized_network.hpp
-// Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
-// "Quantization"). The constructor checks the description completely, so that run() can fail only because of the input's size
-// or number of channels.
+// Runs a network of 8-bit convolutions, additions and nearest-neighbor upsampling (paper, section "Depth Estimation",
+// "Quantization"). The constructor checks the description completely, so that run() can fail only because of the input's size or
+// number of channels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12232,7 +12429,8 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// Runs the network layer by layer and shows the intermediate results. Returns the same result as run(), but is slower.
+    /// Runs the network layer by layer and passes the intermediate results to `observe`. Returns the same result as run(), but is
+    /// slower.
     ///
     /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
     ///          the run
@@ -12868,10 +13066,10 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         const regular_pixels regular(g, 3, strips);
         level.average = plan_all(g, 3, regular);
         if (i == depth) break;
-        coarsened next = coarsen(g);
-        level.average_coarse = plan_kept(g, 3, next, regular);
-        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next, regular_pixels(g, kernels[i], strips));
-        level.above = std::move(next.parent);
+        coarsened next = coarsen_sound(g, orphan_rule::stay);
+        level.average_coarse = plan_kept(g, 3, next.map, regular);
+        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next.map, regular_pixels(g, kernels[i], strips));
+        level.above = std::move(next.map).parent();
         coarse = std::move(next.topology);
     }
 
@@ -12938,7 +13136,7 @@ struct masked_map {
     ///
     /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = upsample(map, rows);
+        basic_feature_view<Value> result = view_through(map, rows);
         result.mask = mask;
         return result;
     }
@@ -13007,16 +13205,17 @@ inline masked_color average_of(masked_color sum) noexcept {
 /// plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
-    LDI_ASSERT(plan.kernel_size == 3);
-    parallel_for(threads, plan.segments.size(), 256, [&](std::size_t begin, std::size_t end) {
+    LDI_ASSERT(plan.kernel_size() == 3);
+    parallel_for(threads, plan.segments().size(), 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t s = begin; s < end; ++s) {
-            const std::int32_t upper = plan.rows[3 * s], middle = plan.rows[3 * s + 1], lower = plan.rows[3 * s + 2];
+            const std::span<const std::int32_t> rows = plan.rows_of(s);
+            const std::int32_t upper = rows[0], middle = rows[1], lower = rows[2];
             const auto column = [&](std::int32_t x) noexcept {
                 return (value(upper + x) + value(middle + x)) + value(lower + x);
             };
-            const convolution_plan::segment segment = plan.segments[s];
+            const convolution_plan::segment segment = plan.segments()[s];
             masked_color left = column(-1);
-            if (plan.stride == 2) {
+            if (plan.stride() == 2) {
                 for (std::int32_t i = 0; i < segment.count; ++i) {
                     const masked_color center = column(2 * i), right = column(2 * i + 1);
                     store(segment.first + i, average_of((left + center) + right));
@@ -13032,14 +13231,14 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
             }
         }
     });
-    parallel_for(threads, plan.irregular.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    parallel_for(threads, plan.irregular().size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t o = begin; o < end; ++o) {
-            const std::int32_t* const window = plan.windows.data() + 9 * o;
+            const std::span<const std::int32_t> window = plan.window_of(o);
             const auto at = [&](std::size_t element) noexcept {
                 return window[element] == no_pixel ? masked_color{} : value(window[element]);
             };
             const auto column = [&](std::size_t x) noexcept { return (at(x) + at(3 + x)) + at(6 + x); };
-            store(plan.irregular[o], average_of((column(0) + column(1)) + column(2)));
+            store(plan.irregular()[o], average_of((column(0) + column(1)) + column(2)));
         }
     });
 }
@@ -13425,8 +13624,8 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     const bool has_masks = architecture_.missing == missing_colors::masked;
     const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
         features result;
-        result.map = {plan.output_count, weights.outputs, detail::zero_of_results<value_type>(weights)};
-        if (has_masks) result.mask.resize(plan.output_count);
+        result.map = {plan.output_count(), weights.outputs, detail::zero_of_results<value_type>(weights)};
+        if (has_masks) result.mask.resize(plan.output_count());
         convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
         return result;
     };
@@ -13573,7 +13772,7 @@ private:
     }
     template <executor Executor>
     map run(layer l, const convolution_plan& plan, std::initializer_list<view> sources, Executor& threads) const {
-        map result(plan.output_count, layers_[l].outputs, layers_[l].result_zero_point);
+        map result(plan.output_count(), layers_[l].outputs, layers_[l].result_zero_point);
         run(l, plan, sources, result.values, threads);
         return result;
     }
@@ -13624,7 +13823,9 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     buffer<float> result(output_channels * region.size(), unset);
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
-    const auto with_coarser = [&](const map& coarser, std::size_t l) { return upsample(coarser, std::span(levels[l].parent)); };
+    const auto with_coarser = [&](const map& coarser, std::size_t l) {
+        return detail::view_through(coarser, std::span(levels[l].parent));
+    };
 
     map read(0, input_channels, input_zero_);
     read.values = std::move(input);
@@ -14051,8 +14252,8 @@ struct color_model {
 // The straightened band, row by row.
 class band {
 public:
-    // radius  number of uncertain pixels on each side of the curve; up to as many pixels beyond them supply the color models of
-    //         front and back
+    // radius  number of uncertain pixels on each side of the curve; beyond them, up to `radius` more pixels on each side supply
+    //         the color models of front and back
     band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
@@ -16158,9 +16359,10 @@ struct curve_options {
 /// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
 /// curve, and points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
-    float x, y;                              ///< end of the curve
-    float outward_x, outward_y;              ///< unit vector along the curve, out of its end
-    float perpendicular_x, perpendicular_y;  ///< unit vector along the half line
+    float x, y;  ///< end of the curve
+    /// Unit vector along the curve, out of its end; zero if the curve returns to its end.
+    float outward_x, outward_y;
+    float perpendicular_x, perpendicular_y;  ///< unit vector along the half line, or zero
 };
 
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
@@ -16206,11 +16408,15 @@ inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides
 namespace detail {
 
 /// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked, the front is not the farther
-/// one, and constraints start inside the lattice.
+/// one, and constraints start inside the lattice and have directions.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
                          const char* where) {
     const auto fail = [where] { raise(error_code::mismatch, where, "curves of this layer", "curves of another one"); };
     const float width = nearest_float(g.width()), height = nearest_float(g.height());
+    const auto is_direction = [](float x, float y) {
+        const float length = vector_length(x, y);
+        return length == 0.0F || std::abs(length - 1.0F) < 0.01F;
+    };
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
@@ -16220,7 +16426,9 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
                 fail();
         }
         for (const growth_constraint& e : c.constraints)
-            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height)) fail();
+            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height && is_direction(e.outward_x, e.outward_y) &&
+                  is_direction(e.perpendicular_x, e.perpendicular_y)))
+                fail();
     }
 }
 
@@ -16427,7 +16635,7 @@ private:
         is_base(pixel) ? base_.set_neighbor(pixel, s, neighbor) : hidden_.set_neighbor(hidden_index(pixel), s, neighbor);
     }
 
-    // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
+    // Returns all pixels in canonical order (core/canonical_order.hpp), as a list of pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
                                          0);  // per row: number of hidden pixels that start a run, later their first index
@@ -16478,14 +16686,14 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/expansion.hpp
-// The growth of hidden surfaces, iteration by iteration (occlusion/expand.hpp).
+// Grows hidden surfaces, iteration by iteration (occlusion/expand.hpp).
 
 #include <iterator>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Grows the surfaces behind all curves together. A surface that meets another one at similar depth, but cannot be linked to it,
-/// ends there; the mesh closes the gap (mesh/detail/hems.hpp).
+/// Grows the surfaces behind all curves at the same time. A surface that meets another one at similar depth, but cannot be linked
+/// to it, ends there; the mesh closes the gap (mesh/detail/hems.hpp).
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
@@ -16512,8 +16720,8 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
-                // parallax.
+                // Past this end of the midground, the camera sees the surface behind the midground. nearest_front()
+                // determines the parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
                 for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
@@ -16568,10 +16776,11 @@ private:
     // disparities on either side by a few hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
+    // Distance along a curve, in pixel sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     // Minimum additional room in pixels for which a pixel's origin changes.
+    // As a multiple of the threshold, also the minimum distance of a new pixel behind the visible one.
     static constexpr float min_gain = 0.5F;
 
     struct front_pixel {
@@ -16634,7 +16843,8 @@ private:
     }
 
     // Joins hidden surfaces at similar depth. Links the surface of `pixel` to a surface at `position` that has no neighbor on
-    // that side yet. Returns whether growth ends: at a surface at similar depth, whether the two were linked or not.
+    // that side yet. Returns whether growth ends: it ends if it made a link, or at a hidden surface at similar depth to which no
+    // link is possible.
     bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
@@ -16715,8 +16925,8 @@ private:
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
     // line from the curve's end behind the front surface. It is as long as the surface grows at that end: a surface that grows
     // farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the curve, a value tuned by
-    // experiment. Steps from outside may cross it: they come from the other side of a narrow front, or have passed the line. So
-    // may a step that meets the same surface outside, as between the lines of two curves.
+    // experiment. Steps from outside may cross it: they come from the other side of a narrow front, or have passed the line. A
+    // step that meets the same surface outside, as between the lines of two curves, may cross it, too.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -16907,12 +17117,19 @@ inline buffer<float> checked_disparity(image_view<const float> disparity) {
 template <payload_column Color, executor Executor>
 single_layer<Color, disparity_column, known_column, matte_column> lift_colors(image_view<const typename Color::scalar> color,
                                                                               image_view<const float> disparity,
-                                                                              surface_rule surface, Executor& threads) {
+                                                                              const photo_facts& facts, Executor& threads) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
               shape_text(color) + " and " + shape_text(disparity));
+    const pinhole_camera& camera = facts.camera;
+    if ((camera.width != 0 || camera.height != 0) &&
+        (static_cast<std::size_t>(camera.width) != columns || static_cast<std::size_t>(camera.height) != rows))
+        raise(error_code::mismatch, "lift", "a camera of " + std::to_string(columns) + " x " + std::to_string(rows) + " pixels",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    if (!(facts.surface.max_step >= 0))
+        raise(error_code::invalid_option, "surface_rule::max_step", "0 or more", to_text(facts.surface.max_step));
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
@@ -16922,7 +17139,7 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     buffer<float> disparities = checked_disparity(disparity);
     graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), surface, g);
+        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), facts.surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;
@@ -16936,14 +17153,14 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 ///
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
-/// facts      properties of the photo; their surface rule decides which neighbors are linked
+/// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
-/// Raises mismatch if the images differ in size or have no pixel, invalid_data for a disparity outside
-/// [0, 1], too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if the images or the camera differ in size, or have no pixel; invalid_option for a threshold that is not 0 or
+/// more; invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
-    return detail::lift_colors<color_column>(color, disparity, facts.surface, threads);
+    return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
 /// Lifts a photo with 16 bits per channel.
 template <executor Executor = const serial_executor>
@@ -16951,7 +17168,7 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
                                                                                 image_view<const float> disparity,
                                                                                 const photo_facts& facts = {},
                                                                                 Executor&& threads = {}) {
-    return detail::lift_colors<color16_column>(color, disparity, facts.surface, threads);
+    return detail::lift_colors<color16_column>(color, disparity, facts, threads);
 }
 
 }}  // namespace ldi
@@ -17614,14 +17831,19 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. The colors inside the rim
 /// replace it, and its pixels become unknown. The result is in canonical order. Raises invalid_option for a motion that is not 0
-/// or more, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
-/// layers are empty. Linear time.
+/// or more, mismatch if `facts` has a margin or a camera of another size than the lattice, invalid_data for disparities that are
+/// not finite, and too_large for 2^31 pixels or positions; after too_large the layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     if (!(facts.motion >= 0))
         raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
+    const std::int32_t columns = layers.topology().width(), rows = layers.topology().height();
+    if (facts.margin != 0 || facts.camera.width != columns || facts.camera.height != rows)
+        raise(error_code::mismatch, "grow_past_frame", "layers on the lattice of the photo, without a margin",
+              std::to_string(columns) + " x " + std::to_string(rows) + " for a photo of " + std::to_string(facts.camera.width) +
+                  " x " + std::to_string(facts.camera.height) + " with a margin of " + std::to_string(facts.margin));
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
     std::optional<detail::frame_growth> growth;
@@ -18866,7 +19088,7 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // width of the margin in steps: cells that blur and taps of sources read
+    static constexpr int margin = 3;  // width in steps of the margin, whose cells the blur and the taps of sources read
 
     texture_options options_;
     texture_cells cells_;
@@ -19017,7 +19239,8 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
         const auto rim =
             std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
         if (rim == rims.end() || rim->position != position)
-            raise(error_code::mismatch, "restore_rims", "rims of these layers", std::to_string(rims.size()) + " others");
+            raise(error_code::mismatch, "restore_rims", "rims of these layers",
+                  std::to_string(rims.size()) + " rims of other layers");
         marked.push_back({i, &*rim});
     });
     for (const auto& [pixel, rim] : marked) {
@@ -19625,7 +19848,7 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises too_large for a
+/// Packs all rectangles, each at least 1 x 1, the largest first, each on the first sheet with enough room. Raises too_large for a
 /// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
@@ -19668,7 +19891,7 @@ inline constexpr std::int32_t macroblock_side = 16;
 enum class texel_kind : std::uint8_t {
     empty,       ///< outside the blocks of all charts
     photo,       ///< a pixel visible in the photo
-    refilled,    ///< a visible pixel beside a silhouette whose color was mixed, so that it was inpainted
+    refilled,    ///< a visible pixel beside a silhouette, inpainted because its color was mixed
     occluded,    ///< an inpainted pixel behind another pixel
     copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
@@ -19927,7 +20150,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     if (area > std::int64_t{max_blocks} * max_blocks)
         raise(error_code::too_large, "make_atlas",
               "charts that fit an atlas of " + std::to_string(options.max_side) + " x " + std::to_string(options.max_side) +
-                  " texels (a smaller photo, photo3d --geometry-size, or a smoother depth map has fewer)",
+                  " texels (use a smaller photo, photo3d --geometry-size, or a smoother depth map)",
               std::to_string(charts.charts.size()) + " charts of " + std::to_string(area * macroblock_side * macroblock_side) +
                   " texels");
     const packing packed = pack(sizes, max_blocks);
@@ -22453,13 +22676,14 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/hems.hpp
-// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. Hidden surfaces that meet at similar
-// depth, but cannot be linked, end there (occlusion/detail/expansion.hpp), as do those that meet the photo's surface at the free
-// end of a silhouette. The two outlines are simplified apart and lie at different depths, so a camera that moves would see a gap.
+// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. A hidden surface ends where it meets
+// a hidden surface at similar depth to which it cannot be linked (occlusion/detail/expansion.hpp), and where it meets the photo's
+// surface at the free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different
+// depths, so a moving camera would see a gap between them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The outer end of a hem at a corner of an outline: an offset in pixels, and the disparity there.
+/// The outer end of a hem at a corner of an outline: its offset from the corner in pixels, and its disparity.
 struct hem {
     float x = 0, y = 0;
     float disparity = 0;
@@ -22479,7 +22703,7 @@ public:
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
     }
 
-    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all are if facts.motion is 0.
+    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all of them are if facts.motion is 0.
     buffer<hem> find() {
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
@@ -22494,14 +22718,14 @@ public:
 private:
     /// Margin in pixels for the outlines of both surfaces, each of which may be off by a pixel (mesh/simplify.hpp).
     static constexpr float mesh_pixels = 2.0F;
-    /// Maximum distance of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees past a hem if
-    /// the parallax of this distance exceeds the hem's width, so narrow hems are closer.
+    /// Maximum distance in disparity of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees
+    /// past a hem if the parallax of this distance exceeds the hem's width, so narrow hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
     /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
     static constexpr float max_width = 4.0F;
-    /// Maximum distance in disparity between surfaces at similar depth, as in expand().
+    /// Maximum distance in disparity between surfaces at similar depth, as a multiple of surface_rule::max_step, as in expand().
     static constexpr float max_link = 2.001F;
-    /// Distances from an edge at which is_hidden() looks.
+    /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
 
@@ -22511,7 +22735,7 @@ private:
     struct end {
         std::int32_t corner;  // index in flat_mesh::open_corners
         float disparity;
-        vector from, outward;  // start, and direction of length 1
+        vector from, outward;  // start of the hem, and unit vector out of the chart
     };
     struct hidden_pixel {
         std::int64_t position;
@@ -22521,7 +22745,7 @@ private:
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
 
-    /// Returns the lattice position at a distance along the outward direction; -1 outside the lattice.
+    /// Returns the lattice position at a distance from an end along its outward direction; -1 outside the lattice.
     std::int64_t position_at(const end& e, float distance) const {
         const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
         const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
@@ -22558,7 +22782,7 @@ private:
         }
     }
 
-    /// Whether a nearer surface is visible there. Simplified outlines may be off by a pixel, so both sides of the edge count.
+    /// Whether a nearer surface is visible at an end. Simplified outlines may be off by a pixel, so both sides of the edge count.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -22566,7 +22790,7 @@ private:
         });
     }
 
-    /// Collects the hidden pixels that lie where hems may lie.
+    /// Collects the hidden pixels at all positions that hems may cover.
     void collect_hidden() {
         buffer<std::uint8_t> is_near(graph_.position_count(), 0);
         for (const end& e : ends_)
@@ -22596,8 +22820,8 @@ private:
         return farthest;
     }
 
-    /// Extends a corner outward as far as nearer surfaces at similar depth extend, at most by the width of a hem, and behind the
-    /// surface there.
+    /// Returns the outer end of the hem at a corner. The hem extends outward as far as nearer surfaces at similar depth, at most
+    /// by width_, and ends behind them.
     hem hem_of(const end& e) const {
         hem result;
         float reach = 0;
@@ -22612,7 +22836,8 @@ private:
         return result;
     }
 
-    /// Moves the hems of all pieces that end at one corner to the same outer end, so that no gap is left between them.
+    /// Moves hems that share a corner to the mean of their outer ends, so that no gap remains between them, unless they point in
+    /// opposite directions.
     void join(buffer<hem>& hems) const {
         struct sum {
             hem total;
@@ -22627,7 +22852,7 @@ private:
         }
         for (const end& e : ends_) {
             const auto& [total, count] = sums[flat_.open_corners[e.corner]];
-            const bool is_opposite = vector_length(total.x, total.y) < count;  // less than a pixel
+            const bool is_opposite = vector_length(total.x, total.y) < count;  // the mean offset is shorter than a pixel
             if (!hems[e.corner].is_empty() && !is_opposite)
                 hems[e.corner] = {total.x / count, total.y / count, total.disparity / count};
         }
@@ -22638,10 +22863,10 @@ private:
     array_view<const float> disparity_;
     const image<float>& visible_;
     float max_step_;
-    float parallax_ = 0;  // in pixels, of a disparity of 1
-    float width_ = 0;     // of a hem, in pixels
+    float parallax_ = 0;  // parallax in pixels of a disparity of 1
+    float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
-    buffer<hidden_pixel> hidden_;  // those where hems may lie, by position
+    buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position
 };
 
 }}}  // namespace ldi::detail
@@ -22987,7 +23212,7 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: its pixel in the last selected chart that has one there
+    buffer<std::int32_t> shown_;  // per position: the pixel of the most recently selected chart that covers it
 };
 
 inline void check_facts(const photo_facts& facts) {
@@ -23069,7 +23294,7 @@ public:
 private:
     std::int32_t chart_of(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
 
-    /// Adds the hems of the chart that `finder` shows. Its outline vertices are the inner ends.
+    /// Adds the hems of the chart that `finder` has selected. The chart's outline vertices are the inner ends of the hems.
     void add_hems(std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder) {
         const auto add_outer = [&](std::int32_t i) {
             const std::int32_t id = flat_.open_corners[i];
@@ -23096,6 +23321,7 @@ private:
     /// Adds the texture coordinates and the pixel of a vertex.
     ///
     /// to_atlas  offset from the lattice to texels
+    /// beyond    outer end of the hem, for a vertex of a hem
     void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder,
                      const hem& beyond = {}) {
         mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas[0]) + beyond.x) * u_scale_);
@@ -23132,12 +23358,12 @@ private:
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
     buffer<std::uint32_t> vertex_of_;        ///< per corner of the current chart: its vertex
-    buffer<std::int32_t> hemmed_pieces_;     ///< pieces with a hem, by chart
-    std::int32_t next_hemmed_ = 0;           ///< the next one in hemmed_pieces_
+    buffer<std::int32_t> hemmed_pieces_;     ///< pieces with a hem, sorted by chart
+    std::int32_t next_hemmed_ = 0;           ///< index in hemmed_pieces_ of the next piece to add
     textured_mesh mesh_;
 };
 
-/// Collects the disparity and, if there is a column, the matte of the nearest surface at each position.
+/// Collects the disparity of the nearest surface at each position, and its matte if there is a matte column.
 template <has_columns<disparity_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
     constexpr bool has_matte = has_column<Layers, matte_column>;
@@ -23164,12 +23390,12 @@ visible_surfaces find_visible(const Layers& layers) {
 ///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
 ///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface, so that no camera sees a
 ///         gap
-/// facts   camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion are used
+/// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, mismatch if inputs don't fit together or the atlas of at least one chart has no pixels, invalid_data
-/// for disparities that are not finite, and too_large for a chart with a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if inputs don't fit together, or if there are charts and the atlas has no pixels; invalid_data
+/// for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
@@ -24788,7 +25014,7 @@ void copy_columns(const buffer<fragment>& fragments, const layered_image<Columns
 
 }  // namespace detail
 
-/// A layered image of another camera.
+/// A layered image in the space of another camera.
 template <payload_column... Columns>
 struct peeled_layers {
     layered_image<Columns...> layers;
@@ -27001,15 +27227,15 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
-    /// Maximum side of a depth sample, in pixels from 1 to 16, by which lengths in `alignment`, `components` and `curves` are
-    /// multiplied. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1, nothing is
-    /// multiplied.
+    /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
+    /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
+    /// nothing is multiplied.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened holes, of up to 11
-    /// pixels in views with a long side of 1000 pixels. Meant for depth that a network_decider (depth/network_decider.hpp)
-    /// decides.
+    /// Leveling of dips, off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened
+    /// holes, of up to 11 pixels in views with a long side of 1000 pixels. Meant for depth whose silhouettes a network_decider
+    /// (depth/network_decider.hpp) decides.
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
@@ -27026,7 +27252,7 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Whether the result contains `estimated`, `resampled` and `disparity`. Without them, converting needs 8 bytes less per
+    /// Whether the result contains `estimated`, `resampled` and `disparity`. Without them, the conversion needs 8 bytes less per
     /// pixel, or 12 if the estimate is as large as the photo.
     bool keeps_depth_maps = true;
     /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected

@@ -160,7 +160,9 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     buffer<float> result(output_channels * region.size(), unset);
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
-    const auto with_coarser = [&](const map& coarser, std::size_t l) { return detail::view_through(coarser, std::span(levels[l].parent)); };
+    const auto with_coarser = [&](const map& coarser, std::size_t l) {
+        return detail::view_through(coarser, std::span(levels[l].parent));
+    };
 
     map read(0, input_channels, input_zero_);
     read.values = std::move(input);

@@ -55,9 +55,10 @@ struct curve_options {
 /// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
 /// curve, and points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
-    float x, y;                              ///< end of the curve
-    float outward_x, outward_y;              ///< unit vector along the curve, out of its end
-    float perpendicular_x, perpendicular_y;  ///< unit vector along the half line
+    float x, y;  ///< end of the curve
+    /// Unit vector along the curve, out of its end; zero if the curve returns to its end.
+    float outward_x, outward_y;
+    float perpendicular_x, perpendicular_y;  ///< unit vector along the half line, or zero
 };
 
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
@@ -103,12 +104,15 @@ inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides
 namespace detail {
 
 /// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked, the front is not the farther
-/// one, and constraints start inside the lattice and have unit vectors.
+/// one, and constraints start inside the lattice and have directions.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
                          const char* where) {
     const auto fail = [where] { raise(error_code::mismatch, where, "curves of this layer", "curves of another one"); };
     const float width = nearest_float(g.width()), height = nearest_float(g.height());
-    const auto is_unit = [](float x, float y) { return std::abs(vector_length(x, y) - 1.0F) < 0.01F; };
+    const auto is_direction = [](float x, float y) {
+        const float length = vector_length(x, y);
+        return length == 0.0F || std::abs(length - 1.0F) < 0.01F;
+    };
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
@@ -118,8 +122,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
                 fail();
         }
         for (const growth_constraint& e : c.constraints)
-            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height && is_unit(e.outward_x, e.outward_y) &&
-                  is_unit(e.perpendicular_x, e.perpendicular_y)))
+            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height && is_direction(e.outward_x, e.outward_y) &&
+                  is_direction(e.perpendicular_x, e.perpendicular_y)))
                 fail();
     }
 }
