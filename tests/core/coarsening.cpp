@@ -16,7 +16,7 @@ using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
-struct material {  // the value of the kept pixel, at every level
+struct kept_value {  // the value of the kept pixel, at every level
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 1;
     static std::array<scalar, 1> coarser(pixel_values<scalar, 1> pixels) { return first_of(pixels); }
@@ -301,7 +301,7 @@ TEST_CASE("a column's rule receives all channels of the fine pixels, so a direct
 }
 
 TEST_CASE("a coarse pixel's values follow each column's rule, applied to all pixels whose parent it is") {
-    using layers_of_test = layered_image<color_column, disparity_column, known_column, material>;
+    using layers_of_test = layered_image<color_column, disparity_column, known_column, kept_value>;
     std::mt19937 random(11);
     for (int round = 0; round < 200; ++round) {
         layers_of_test fine(ldi::testing::random_graph(random).topology());
@@ -310,7 +310,7 @@ TEST_CASE("a coarse pixel's values follow each column's rule, applied to all pix
             for (std::uint8_t& c : fine.at<color_column>(i)) c = static_cast<std::uint8_t>(random() % 256);
             fine.at<disparity_column>(i)[0] = static_cast<float>(random() % 1000) / 1000.0F;
             fine.at<known_column>(i)[0] = static_cast<std::uint8_t>(random() % 4 != 0);
-            fine.at<material>(i)[0] = static_cast<std::uint16_t>(i);
+            fine.at<kept_value>(i)[0] = static_cast<std::uint16_t>(i);
         }
         const orphan_rule rule = round % 2 == 0 ? orphan_rule::stay : orphan_rule::adopt_nearest;
         const auto level = coarsen(fine, rule);
@@ -328,7 +328,7 @@ TEST_CASE("a coarse pixel's values follow each column's rule, applied to all pix
             REQUIRE(level.layers.at<color_column>(c)[0] == std::round(red / children));
             REQUIRE(level.layers.at<disparity_column>(c)[0] == Approx(disparity / children));
             REQUIRE(level.layers.at<known_column>(c)[0] == known);
-            REQUIRE(level.layers.at<material>(c)[0] == level.map.kept()[c]);
+            REQUIRE(level.layers.at<kept_value>(c)[0] == level.map.kept()[c]);
         }
     }
 }

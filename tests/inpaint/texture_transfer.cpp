@@ -19,7 +19,7 @@ namespace {
 
 using rgb = std::array<int, 3>;
 
-constexpr std::int32_t width = 120, height = 80;
+constexpr std::int32_t columns = 120, rows = 80;
 
 bool in_hole(std::int32_t x) { return x >= 40 && x < 80; }
 
@@ -31,9 +31,9 @@ void set_color(photo_layers& layers, std::int32_t pixel, const rgb& color) {
 /// One surface with an unknown band in the middle: its true colors, and an inpainter's result there.
 template <class Shown, class Answer>
 photo_layers around_a_band(const Shown& shown, const Answer& answer) {
-    photo_layers layers(make_grid(width, height));
-    for (std::int32_t i = 0; i < width * height; ++i) {
-        const std::int32_t x = i % width, y = i / width;
+    photo_layers layers(make_grid(columns, rows));
+    for (std::int32_t i = 0; i < columns * rows; ++i) {
+        const std::int32_t x = i % columns, y = i / columns;
         layers.at<known_column>(i)[0] = in_hole(x) ? 0 : 1;
         set_color(layers, i, in_hole(x) ? answer(x, y) : shown(x, y));
     }
@@ -45,9 +45,9 @@ const grain_options no_grain{.strength = 0.0F};
 /// Mean absolute difference of green between vertical neighbors, inside the band or outside.
 double vertical_gradient(const photo_layers& layers, bool inside) {
     double sum = 0, count = 0;
-    for (std::int32_t i = 0; i < width * (height - 1); ++i)
-        if (in_hole(i % width) == inside) {
-            sum += std::abs(layers.at<color_column>(i)[1] - layers.at<color_column>(i + width)[1]);
+    for (std::int32_t i = 0; i < columns * (rows - 1); ++i)
+        if (in_hole(i % columns) == inside) {
+            sum += std::abs(layers.at<color_column>(i)[1] - layers.at<color_column>(i + columns)[1]);
             count += 1;
         }
     return sum / count;
@@ -87,11 +87,11 @@ TEST_CASE("texture transfer continues fine lines through the hole") {
         });
     add_texture(layers, {}, no_grain);
     int along = 0, across = 0, count = 0;
-    for (std::int32_t i = 0; i < width * (height - 1); ++i) {
-        if (!in_hole(i % width) || !in_hole(i % width + 1)) continue;
+    for (std::int32_t i = 0; i < columns * (rows - 1); ++i) {
+        if (!in_hole(i % columns) || !in_hole(i % columns + 1)) continue;
         const int here = layers.at<color_column>(i)[1];
         along += here == layers.at<color_column>(i + 1)[1] ? 1 : 0;
-        across += (here > 128) != (layers.at<color_column>(i + width)[1] > 128) ? 1 : 0;
+        across += (here > 128) != (layers.at<color_column>(i + columns)[1] > 128) ? 1 : 0;
         ++count;
     }
     CHECK(along > 0.9 * count);
@@ -99,7 +99,7 @@ TEST_CASE("texture transfer continues fine lines through the hole") {
 }
 
 TEST_CASE("texture is copied only between areas of similar blurred color, so that a smooth sky next to bark stays smooth") {
-    const auto is_sky = [](std::int32_t y) { return y < height / 2; };
+    const auto is_sky = [](std::int32_t y) { return y < rows / 2; };
     const auto answer = [&](std::int32_t, std::int32_t y) { return is_sky(y) ? rgb{90, 140, 220} : rgb{110, 80, 50}; };
     std::mt19937 random(5);
     photo_layers layers = around_a_band(
@@ -112,14 +112,14 @@ TEST_CASE("texture is copied only between areas of similar blurred color, so tha
     const photo_layers before = layers;
     add_texture(layers, {}, no_grain);
     double bark = 0;
-    for (std::int32_t i = 0; i < width * height; ++i)
+    for (std::int32_t i = 0; i < columns * rows; ++i)
         for (std::size_t c = 0; c < 3; ++c) {
             const int change = std::abs(layers.at<color_column>(i)[c] - before.at<color_column>(i)[c]);
-            const std::int32_t from_border = i / width - height / 2;
+            const std::int32_t from_border = i / columns - rows / 2;
             if (from_border < -4) REQUIRE(change <= 1);
-            if (from_border > 4 && in_hole(i % width)) bark += change;
+            if (from_border > 4 && in_hole(i % columns)) bark += change;
         }
-    CHECK(bark / (3 * 40 * (height / 2 - 5)) > 3);
+    CHECK(bark / (3 * 40 * (rows / 2 - 5)) > 3);
 }
 
 TEST_CASE("`crest` limits copied specks that are far stronger than the detail around the hole") {
@@ -139,7 +139,7 @@ TEST_CASE("`crest` limits copied specks that are far stronger than the detail ar
         options.crest = crest, options.tolerance = 255.0F;
         add_texture(layers, options, no_grain);
         int greatest = 0;
-        for (std::int32_t i = 0; i < width * height; ++i)
+        for (std::int32_t i = 0; i < columns * rows; ++i)
             greatest = std::max(greatest, std::abs(layers.at<color_column>(i)[1] - before.at<color_column>(i)[1]));
         return greatest;
     };
@@ -313,9 +313,9 @@ TEST_CASE("unknown pixels without similar known colors receive grain, and so do 
     add_texture(strength_0, none);
     CHECK(same_colors(strength_0, grain));
     bool all_differ = false;
-    for (std::int32_t i = 0; i < width * height; ++i) {
+    for (std::int32_t i = 0; i < columns * rows; ++i) {
         const bool equal = std::ranges::equal(layers.at<color_column>(i), grain.at<color_column>(i));
-        if (const std::int32_t x = i % width; x >= 56 && x < 64) REQUIRE(equal);
+        if (const std::int32_t x = i % columns; x >= 56 && x < 64) REQUIRE(equal);
         all_differ = all_differ || !equal;
     }
     CHECK(all_differ);

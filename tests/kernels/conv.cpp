@@ -13,7 +13,7 @@
 
 namespace {
 
-constexpr float untouched = 776.0F;
+constexpr float untouched_value = 776.0F;
 using floats = ldi::buffer<float>;
 
 floats random_numbers(ldi::testing::random_bytes& random, std::size_t count) {
@@ -39,13 +39,13 @@ struct convolution {
     }
     ldi::conv_f32_weights packed(ldi::isa set) const { return ldi::pack_conv_f32(set, weights, bias, rows, {slope}); }
     results compute(const ldi::conv_f32_weights& with) const {
-        results result(pixels * outputs + 1, untouched);
+        results result(pixels * outputs + 1, untouched_value);
         ldi::conv_f32(with, starts().data(), stride, pixels, ratios.empty() ? nullptr : ratios.data(), result.data());
         return result;
     }
     /// Computes the same result in calls with random numbers of pixels.
     results compute_in_pieces(const ldi::conv_f32_weights& with, ldi::testing::random_bytes& random) const {
-        results result(pixels * outputs + 1, untouched);
+        results result(pixels * outputs + 1, untouched_value);
         for (std::size_t p = 0; p < pixels;) {
             const std::size_t count = std::min(pixels - p, random.size_in(1, 9));
             ldi::conv_f32(with, starts(p).data(), stride, count, ratios.empty() ? nullptr : ratios.data() + p,
@@ -69,7 +69,7 @@ struct convolution {
                 const double difference = std::abs(expected - double{result[p * outputs + o]});
                 if (difference > 1e-5 * (scale * ratio + std::abs(double{bias[o]}))) return false;
             }
-        return result.back() == untouched;  // nothing may be written after the result
+        return result.back() == untouched_value;  // nothing may be written after the result
     }
 
     static convolution any(ldi::testing::random_bytes& random, std::size_t rows, std::size_t inputs, std::size_t outputs,

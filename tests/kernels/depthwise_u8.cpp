@@ -8,9 +8,9 @@
 
 namespace {
 
-constexpr std::uint8_t untouched = 77;
+constexpr std::uint8_t untouched_result = 77;
 
-struct convolution {
+struct depthwise_case {
     std::size_t channels, width, repeat, stride;
     int missing_row;
     int weight_zero, input_zero;
@@ -26,7 +26,7 @@ struct convolution {
         const std::uint8_t* rows[3];
         for (int i = 0; i < 3; ++i)
             rows[i] = i == missing_row ? nullptr : image.data() + static_cast<std::size_t>(i) * width * channels;
-        ldi::buffer<std::uint8_t> result(ldi::depthwise_result_width(packed, width, repeat) * channels + 1, untouched);
+        ldi::buffer<std::uint8_t> result(ldi::depthwise_result_width(packed, width, repeat) * channels + 1, untouched_result);
         ldi::depthwise_u8(packed, rows, width, repeat, result.data());
         return result;
     }
@@ -43,14 +43,14 @@ struct convolution {
                 }
                 result.push_back(ldi::requantize(sum, output));
             }
-        result.push_back(untouched);  // nothing may be written after the result
+        result.push_back(untouched_result);  // nothing may be written after the result
         return result;
     }
 };
 
-convolution any_convolution(ldi::testing::random_bytes& random, std::size_t channels, std::size_t width, std::size_t repeat,
-                            std::size_t stride, int missing_row) {
-    convolution made{channels, width, repeat, stride, missing_row, random.in(127, 128), random.in(0, 255), {}, {}, {}, {}};
+depthwise_case any_depthwise_case(ldi::testing::random_bytes& random, std::size_t channels, std::size_t width, std::size_t repeat,
+                                  std::size_t stride, int missing_row) {
+    depthwise_case made{channels, width, repeat, stride, missing_row, random.in(127, 128), random.in(0, 255), {}, {}, {}, {}};
     made.output = ldi::make_requantization(0.0041F, random.in(0, 1) == 0 ? std::uint8_t{0} : random.byte());
     made.weights = random.bytes(channels * 9);
     made.image = random.bytes(3 * width * channels);
@@ -67,7 +67,7 @@ TEST_CASE("depthwise_u8 matches its definition, with zero padding outside the im
             for (std::size_t repeat : {1U, 2U, 3U})
                 for (std::size_t stride : {1U, 2U})
                     for (int missing_row : {-1, 0, 2}) {
-                        convolution c = any_convolution(random, channels, width, repeat, stride, missing_row);
+                        depthwise_case c = any_depthwise_case(random, channels, width, repeat, stride, missing_row);
                         c.weight_zero = random.in(0, 255);
                         CHECK(c.compute(c.pack(ldi::isa::scalar)) == c.definition());
                     }
@@ -81,7 +81,7 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousa
         const std::size_t channels = random.in(0, 1) == 0 ? random.size_in(1, 150) : 8 * random.size_in(1, 16);
         const std::size_t width = round % 50 == 0 ? random.size_in(1, 700) : random.size_in(1, 60);
         const std::size_t repeat = random.in(0, 2) == 0 ? random.size_in(1, 4) : 1;
-        convolution c = any_convolution(random, channels, width, repeat, random.size_in(1, 2), random.in(-1, 3));
+        depthwise_case c = any_depthwise_case(random, channels, width, repeat, random.size_in(1, 2), random.in(-1, 3));
         if (round % 20 == 0) c.weight_zero = random.in(0, 255);
         const ldi::buffer<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
         for (ldi::isa set : sets) {
@@ -98,7 +98,7 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set for extreme
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {
-        convolution c = any_convolution(random, random.size_in(1, 70), random.size_in(1, 9), random.size_in(1, 2), 1, -1);
+        depthwise_case c = any_depthwise_case(random, random.size_in(1, 70), random.size_in(1, 9), random.size_in(1, 2), 1, -1);
         c.weight_zero = round % 4 == 0 ? random.in(0, 255) : random.in(127, 128);
         c.output = ldi::make_requantization(0.0004F, 128);
         for (std::uint8_t& weight : c.weights) weight = random.in(0, 1) == 0 ? 0 : 255;
@@ -113,8 +113,8 @@ TEST_CASE("depthwise_u8 of rows without pixels has no pixels and writes nothing"
     ldi::testing::random_bytes random;
     for (ldi::isa set : ldi::testing::available_isas())
         for (std::size_t stride : {1U, 2U}) {
-            const convolution c = any_convolution(random, 20, 0, 2, stride, -1);
+            const depthwise_case c = any_depthwise_case(random, 20, 0, 2, stride, -1);
             CHECK(ldi::depthwise_result_width(c.pack(set), 0, 2) == 0);
-            CHECK(c.compute(c.pack(set)) == ldi::buffer<std::uint8_t>{untouched});
+            CHECK(c.compute(c.pack(set)) == ldi::buffer<std::uint8_t>{untouched_result});
         }
 }

@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr std::uint8_t untouched = 77;
+constexpr std::uint8_t untouched_byte = 77;
 
 struct product {
     std::size_t segments, inputs, outputs, pixels, stride;
@@ -29,7 +29,7 @@ struct product {
                                  static_cast<std::uint8_t>(input_zero), output);
     }
     ldi::buffer<std::uint8_t> compute(const ldi::gemm_u8_weights& packed) const {
-        ldi::buffer<std::uint8_t> result(pixels * outputs + 1, untouched);
+        ldi::buffer<std::uint8_t> result(pixels * outputs + 1, untouched_byte);
         ldi::gemm_u8(packed, starts().data(), stride, pixels, result.data());
         return result;
     }
@@ -44,7 +44,7 @@ struct product {
                             (starts()[s][p * stride + i] - input_zero) * (weights[(o * segments + s) * inputs + i] - weight_zero);
                 result.push_back(ldi::requantize(sum, output));
             }
-        result.push_back(untouched);  // nothing may be written after the result
+        result.push_back(untouched_byte);  // nothing may be written after the result
         return result;
     }
 };

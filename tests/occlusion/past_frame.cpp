@@ -19,17 +19,17 @@ using namespace ldi;
 
 namespace {
 
-struct grown {
+struct grown_photo {
     photo_layers before, after;
     photo_facts facts;
 };
 
 /// Returns layers with hidden surfaces and random colors, before and after they grow past the frame.
-grown grow(const image<float>& disparity, float motion, std::mt19937& random) {
+grown_photo grow(const image<float>& disparity, float motion, std::mt19937& random) {
     photo_layer layer = testing::lift_disparity(disparity);
     for (std::uint8_t& value : layer.column<color_column>()) value = static_cast<std::uint8_t>(random());
     const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {});
-    grown result;
+    grown_photo result;
     result.facts = testing::facts_of(layer.topology());
     auto [layers, reached] = expand(std::move(layer), {}, curves, expand_options{.motion = motion});
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
@@ -47,7 +47,7 @@ image<float> any_disparity(std::mt19937& random, std::size_t rows, std::size_t c
     return map;
 }
 
-bool is_in_photo(const grown& g, std::int32_t pixel) {
+bool is_in_photo(const grown_photo& g, std::int32_t pixel) {
     const graph& t = g.after.topology();
     const std::int32_t x = t.x()[pixel] - g.facts.margin, y = t.y()[pixel] - g.facts.margin;
     return x >= 0 && y >= 0 && x < g.facts.camera.width && y < g.facts.camera.height;
@@ -76,7 +76,7 @@ TEST_CASE("layers that grow past the frame are valid, and their part inside the 
     std::mt19937 random(31);
     for (int round = 0; round < 60; ++round) {
         const std::size_t rows = 1 + random() % 50, columns = 1 + random() % 50;
-        const grown g = grow(any_disparity(random, rows, columns), round % 7 == 0 ? 1.0F : 0.15F, random);
+        const grown_photo g = grow(any_disparity(random, rows, columns), round % 7 == 0 ? 1.0F : 0.15F, random);
         CAPTURE(round, rows, columns);
         REQUIRE_FALSE(validate_canonical(g.after.topology(), g.after.column<disparity_column>()));
         REQUIRE(g.after.topology().width() == g.before.topology().width() + 2 * g.facts.margin);
@@ -97,7 +97,7 @@ TEST_CASE("layers that grow past the frame are valid, and their part inside the 
 TEST_CASE("every surface continues past the frame as far as the camera sees, at its disparity at the border") {
     std::mt19937 random(32);
     for (int round = 0; round < 30; ++round) {
-        const grown g = grow(any_disparity(random, 2 + random() % 40, 2 + random() % 40), 0.2F, random);
+        const grown_photo g = grow(any_disparity(random, 2 + random() % 40, 2 + random() % 40), 0.2F, random);
         const graph& t = g.after.topology();
         const auto disparity = g.after.column<disparity_column>();
         for (std::int32_t i = 0; i < t.count(); ++i) {

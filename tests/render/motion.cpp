@@ -11,16 +11,16 @@ using namespace ldi;
 
 namespace {
 
-const pinhole_camera camera{300, 400, 350};
-const depth_range range{1.5F, 12};
+const pinhole_camera photo_camera{300, 400, 350};
+const depth_range photo_range{1.5F, 12};
 
 /// Pixels of the photo by which a camera at `position` sees past the edge of a surface at `depth_in_front`, visible at (x, y) in
 /// the photo, on a surface at `depth_behind`.
 float uncovered(const std::array<float, 3>& position, float x, float y, float depth_in_front, float depth_behind) {
-    const std::array<float, 3> edge = camera.unproject(x, y, depth_in_front);
+    const std::array<float, 3> edge = photo_camera.unproject(x, y, depth_in_front);
     const float t = (-depth_behind - position[2]) / (edge[2] - position[2]);  // on the ray from the camera through the edge
-    const std::array<float, 2> behind =
-        camera.project({position[0] + t * (edge[0] - position[0]), position[1] + t * (edge[1] - position[1]), -depth_behind});
+    const std::array<float, 2> behind = photo_camera.project(
+        {position[0] + t * (edge[0] - position[0]), position[1] + t * (edge[1] - position[1]), -depth_behind});
     return std::hypot(behind[0] - x, behind[1] - y);
 }
 
@@ -31,13 +31,15 @@ TEST_CASE("motion_of() is the largest width that a camera position uncovers, any
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 300; ++trial) {
         const std::array<float, 3> position{0.2F * any(), 0.2F * any(), 0.5F * any()};
-        const float allowed = motion_of(position, camera, range) * 400;
+        const float allowed = motion_of(position, photo_camera, photo_range) * 400;
         float most = 0;
         for (const float x : {0.0F, 300.0F})
-            for (const float y : {0.0F, 400.0F}) most = std::max(most, uncovered(position, x, y, range.z_near, range.z_far));
+            for (const float y : {0.0F, 400.0F})
+                most = std::max(most, uncovered(position, x, y, photo_range.z_near, photo_range.z_far));
         for (int i = 0; i < 30; ++i) {
             const float a = std::abs(any()), b = a * std::abs(any());
-            const float found = uncovered(position, 150 + 150 * any(), 200 + 200 * any(), range.depth(a), range.depth(b));
+            const float found =
+                uncovered(position, 150 + 150 * any(), 200 + 200 * any(), photo_range.depth(a), photo_range.depth(b));
             REQUIRE(found <= allowed * (a - b) * 1.0001F + 1e-3F);  // in proportion to the step of disparity
         }
         if (position[2] <= 0) REQUIRE(most == Approx(allowed).epsilon(1e-3));
@@ -49,18 +51,18 @@ TEST_CASE("within_motion() moves a position back toward the photo's viewpoint un
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 300; ++trial) {
         const std::array<float, 3> position{any(), any(), 2 * any()};
-        const std::array<float, 3> kept = within_motion(position, camera, range, 0.08F);
-        REQUIRE(motion_of(kept, camera, range) <= 0.08F * 1.0001F);
+        const std::array<float, 3> kept = within_motion(position, photo_camera, photo_range, 0.08F);
+        REQUIRE(motion_of(kept, photo_camera, photo_range) <= 0.08F * 1.0001F);
         const float share = kept[0] / position[0];
         REQUIRE(share <= 1);
         for (std::size_t i = 0; i < 3; ++i) REQUIRE(kept[i] == Approx(share * position[i]).margin(1e-6));
-        if (share < 1) REQUIRE(motion_of(kept, camera, range) == Approx(0.08F));
+        if (share < 1) REQUIRE(motion_of(kept, photo_camera, photo_range) == Approx(0.08F));
     }
-    CHECK(within_motion({0, 0, 0}, camera, range, 0) == std::array<float, 3>{0, 0, 0});
-    CHECK(std::isinf(motion_of({0, 0, -1.5F}, camera, range)));
+    CHECK(within_motion({0, 0, 0}, photo_camera, photo_range, 0) == std::array<float, 3>{0, 0, 0});
+    CHECK(std::isinf(motion_of({0, 0, -1.5F}, photo_camera, photo_range)));
     for (const float motion : {0.0F, 0.08F}) {
-        const std::array<float, 3> before_a_wall = within_motion({0.1F, 0, -5}, camera, {1.5F, 1.5F}, motion);
+        const std::array<float, 3> before_a_wall = within_motion({0.1F, 0, -5}, photo_camera, {1.5F, 1.5F}, motion);
         CHECK(before_a_wall[2] > -1.5F);
-        CHECK(motion_of(before_a_wall, camera, {1.5F, 1.5F}) == 0);
+        CHECK(motion_of(before_a_wall, photo_camera, {1.5F, 1.5F}) == 0);
     }
 }

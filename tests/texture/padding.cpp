@@ -58,7 +58,7 @@ std::pair<photo_layers, chart_set> two_sheets(bool linked) {
     testing::sketched_graph g(make_grid(40, 20));
     if (!linked)
         for (std::int32_t y = 0; y < 20; ++y) g.unlink(y * 40 + 19, side::right);
-    photo_layers layers(std::move(g));
+    photo_layers layers{graph(std::move(g))};
     chart_set set;
     set.charts = {{0, 0, 20, 20, {}}, {20, 0, 20, 20, {}}};
     for (std::int32_t i = 0; i < 800; ++i) {
@@ -73,7 +73,7 @@ std::pair<photo_layers, chart_set> two_sheets(bool linked) {
     return {std::move(layers), std::move(set)};
 }
 
-bool is_own(texel_kind k) { return k == texel_kind::photo || k == texel_kind::refilled || k == texel_kind::occluded; }
+bool is_own_texel(texel_kind k) { return k == texel_kind::photo || k == texel_kind::refilled || k == texel_kind::occluded; }
 
 }  // namespace
 
@@ -173,9 +173,9 @@ TEST_CASE("padding of random charts shows linked pixels or stays within the rang
             for (std::int32_t y = 0; y < d.rows(); ++y)
                 for (std::int32_t x = 0; x < d.columns(); ++x) {
                     const texel_kind k = d.kind_at(x, y);
-                    own += is_own(k);
+                    own += is_own_texel(k);
                     if (k == texel_kind::copied) copies_right = copies_right && reached[{x, y}].count(d.at(x, y)) == 1;
-                    if (!is_own(k) && k != texel_kind::copied) continue;
+                    if (!is_own_texel(k) && k != texel_kind::copied) continue;
                     for (std::size_t channel = 0; channel < 3; ++channel) {
                         lowest[channel] = std::min(lowest[channel], d.at(x, y)[channel]);
                         highest[channel] = std::max(highest[channel], d.at(x, y)[channel]);
@@ -193,7 +193,7 @@ TEST_CASE("padding of random charts shows linked pixels or stays within the rang
                     blocks_filled =
                         blocks_filled && (k == texel_kind::empty) == (d.kind_at(x / 16 * 16, y / 16 * 16) == texel_kind::empty);
                     if (k == texel_kind::empty) empty_untouched = empty_untouched && d.at(x, y) == rgb{77, 77, 77};
-                    if (!is_own(k)) continue;
+                    if (!is_own_texel(k)) continue;
                     for (side s : all_sides)
                         for (std::int32_t step = 1; step <= options.filter_padding; ++step) {
                             const texel_kind beside = d.kind_at(x + step * step_x(s), y + step * step_y(s));
