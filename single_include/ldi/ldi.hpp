@@ -3193,6 +3193,14 @@ bool same_shape(const auto& a, const auto& b) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+namespace detail {
+/// Minimum step in disparity down to a hidden surface, as a multiple of surface_rule::max_step, with a margin for rounding.
+inline constexpr float min_hidden_step = 1.001F;
+/// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
+/// surface_rule::max_step.
+inline constexpr float max_joined_step = 1.0F + min_hidden_step;
+}  // namespace detail
+
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). 0 or more;
@@ -16780,7 +16788,6 @@ private:
     static constexpr std::int32_t smoothing = 8;
 
     // Minimum additional room in pixels for which a pixel's origin changes.
-    // As a multiple of the threshold, also the minimum distance of a new pixel behind the visible one.
     static constexpr float min_gain = 0.5F;
 
     struct front_pixel {
@@ -16819,7 +16826,7 @@ private:
 
         if (ends_at_others(curve, pixel, s, position)) return;
         const float average = sum / count;
-        if (average > pixels_.disparity(position) - min_gap * surface_.max_step) return;
+        if (average > pixels_.disparity(position) - min_hidden_step * surface_.max_step) return;
         if (lies_on_another(curve, position, average) || !may_link(average, source)) return;
         const std::int32_t made = pixels_.add(position, average, origin);
         if (!merges_curves_) curve_of_.push_back(curve);
@@ -16847,7 +16854,7 @@ private:
     // link is possible.
     bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
-        float nearest = max_link * surface_.max_step;
+        float nearest = max_joined_step * surface_.max_step;
         bool ends = false;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
@@ -16873,9 +16880,7 @@ private:
         const std::int32_t hidden = pixel - reach_.count();
         return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // Steps in disparity, as multiples of the threshold.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap;
+    bool may_link(float a, float b) const { return std::abs(a - b) <= max_joined_step * surface_.max_step; }
 
     // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y). The
     // camera uncovers more of a surface that recedes from `origin` to `disparity`, and less of one that approaches.
@@ -16892,7 +16897,7 @@ private:
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = max_link * surface_.max_step;
+        float best_difference = max_joined_step * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel || !may_meet(curve, there))
@@ -22723,8 +22728,6 @@ private:
     static constexpr float gap = 0.2F;
     /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
     static constexpr float max_width = 4.0F;
-    /// Maximum distance in disparity between surfaces at similar depth, as a multiple of surface_rule::max_step, as in expand().
-    static constexpr float max_link = 2.001F;
     /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
@@ -22811,7 +22814,7 @@ private:
         float farthest = nothing;
         const auto consider = [&](float there) {
             const float step = there - disparity;
-            if (step > -gap * max_step_ && step <= max_link * max_step_ && (farthest == nothing || there < farthest))
+            if (step > -gap * max_step_ && step <= max_joined_step * max_step_ && (farthest == nothing || there < farthest))
                 farthest = there;
         };
         consider(visible_.data()[position]);

@@ -5,6 +5,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+namespace detail {
+/// Minimum step in disparity down to a hidden surface, as a multiple of surface_rule::max_step, with a margin for rounding.
+inline constexpr float min_hidden_step = 1.001F;
+/// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
+/// surface_rule::max_step.
+inline constexpr float max_joined_step = 1.0F + min_hidden_step;
+}  // namespace detail
+
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). 0 or more;

@@ -10,6 +10,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/core/surface.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 
 #include <algorithm>
@@ -61,8 +62,6 @@ private:
     static constexpr float gap = 0.2F;
     /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
     static constexpr float max_width = 4.0F;
-    /// Maximum distance in disparity between surfaces at similar depth, as a multiple of surface_rule::max_step, as in expand().
-    static constexpr float max_link = 2.001F;
     /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
@@ -149,7 +148,7 @@ private:
         float farthest = nothing;
         const auto consider = [&](float there) {
             const float step = there - disparity;
-            if (step > -gap * max_step_ && step <= max_link * max_step_ && (farthest == nothing || there < farthest))
+            if (step > -gap * max_step_ && step <= max_joined_step * max_step_ && (farthest == nothing || there < farthest))
                 farthest = there;
         };
         consider(visible_.data()[position]);
