@@ -13,8 +13,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans. Does not
-/// convert from a temporary buffer, which the view would outlive.
+/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers, spans and containers such as
+/// std::vector, and to spans. Does not convert from a temporary buffer or container, which the view would outlive.
 template <class T>
 class array_view {
 public:
@@ -31,6 +31,12 @@ public:
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
+    template <class Container>
+    requires requires(Container& values) {
+        typename Container::allocator_type;
+        array_view(values.data(), values.size());
+    }
+    array_view(Container& values) : array_view(values.data(), values.size()) {}
     template <class U>
     requires(std::is_same_v<const U, T> && !std::is_const_v<U>) constexpr array_view(array_view<U> values)
         : array_view(values.data(), values.size()) {}

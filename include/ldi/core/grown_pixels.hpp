@@ -19,7 +19,9 @@ struct grown_piece {
 
 /// Result of the function that grow() calls.
 struct grown_pixels {
-    graph topology;                ///< graph of all pixels, old and new
+    /// Graph of all pixels, old and new. The lattice may grow; old pixels keep their positions, except for one shift that is the
+    /// same for all of them. grow() does not check this, because it would need a copy of all positions.
+    graph topology;
     buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
