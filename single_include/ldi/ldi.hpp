@@ -661,8 +661,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans. Does not
-/// convert from a temporary buffer, which the view would outlive.
+/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers, spans and containers such as
+/// std::vector, and to spans. Does not convert from a temporary buffer or container, which the view would outlive.
 template <class T>
 class array_view {
 public:
@@ -679,6 +679,12 @@ public:
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
+    template <class Container>
+    requires requires(Container& values) {
+        typename Container::allocator_type;
+        array_view(values.data(), values.size());
+    }
+    array_view(Container& values) : array_view(values.data(), values.size()) {}
     template <class U>
     requires(std::is_same_v<const U, T> && !std::is_const_v<U>) constexpr array_view(array_view<U> values)
         : array_view(values.data(), values.size()) {}
@@ -1893,7 +1899,9 @@ struct grown_piece {
 
 /// Result of the function that grow() calls.
 struct grown_pixels {
-    graph topology;                ///< graph of all pixels, old and new
+    /// Graph of all pixels, old and new. The lattice may grow; old pixels keep their positions, except for one shift that is the
+    /// same for all of them. grow() does not check this, because it would need a copy of all positions.
+    graph topology;
     buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
