@@ -1,6 +1,7 @@
 #include <ldi/core/coarsening.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_features.hpp"
 
 #include <catch2/catch.hpp>
