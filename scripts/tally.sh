@@ -6,12 +6,14 @@
 #   count_step NAME COMMAND...                runs a command, which counts as one test
 #   add_tally "N passed, N failed"            adds these counts; any other text counts as one failure
 #   count_script COMMAND...                   runs a script that prints a tally in its last line, and adds the counts
-#   print_tally                               prints "N passed, N failed"; fails if any test failed
+#   print_tally                               prints "N passed, N failed", and above it the number of skipped tests of CTest, which count
+#                                             as neither; fails if any test failed
 
 # shellcheck shell=bash
 
 passed=0
 failed=0
+skipped=0
 jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
 count_step() {
@@ -28,7 +30,7 @@ count_step() {
 }
 
 build_and_test() {
-    local preset=$1 start=$SECONDS built log summary targets
+    local preset=$1 start=$SECONDS built log summary targets omitted
     shift
     read -ra targets <<<"${build_targets:-}"
     printf '\n== %s\n' "$preset"
@@ -44,14 +46,16 @@ build_and_test() {
         ${exclude_labels:+--label-exclude "$exclude_labels"} 2>&1 | tee "$log" || true
     # "94% tests passed, 3 tests failed out of 50"
     summary=$(sed -nE 's/^[0-9]+% tests passed, ([0-9]+) tests failed out of ([0-9]+)$/\1 \2/p' "$log")
-    rm -f "$log"
     if [ -n "$summary" ]; then
+        omitted=$(grep -c -F '***Skipped' "$log" || true)
+        skipped=$((skipped + omitted))
         failed=$((failed + ${summary% *}))
-        passed=$((passed + ${summary#* } - ${summary% *}))
+        passed=$((passed + ${summary#* } - ${summary% *} - omitted))
     else
         failed=$((failed + 1))
         printf 'FAILED: %s ran no test\n' "$preset"
     fi
+    rm -f "$log"
     printf '== %s took %d s\n' "$preset" $((SECONDS - start))
 }
 
@@ -75,6 +79,7 @@ count_script() {
 }
 
 print_tally() {
+    [ "$skipped" = 0 ] || printf '\n%d tests were skipped\n' "$skipped"
     printf '\n%d passed, %d failed\n' "$passed" "$failed"
     [ "$failed" = 0 ]
 }

@@ -2304,8 +2304,8 @@ namespace detail {
 coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
 }
 
-/// How the pixels of a graph, the fine ones, relate to the pixels of the coarser graph that coarsen() made of it. Only coarsen()
-/// makes level maps that contain pixels, and they do not change, so their indices always exist.
+/// Relation between the pixels of a graph, the fine ones, and those of the coarser graph that coarsen() made of it. Only
+/// coarsen() makes level maps that contain pixels, and they do not change, so their indices always exist.
 class level_map {
 public:
     level_map() = default;
@@ -16489,7 +16489,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
         const float x = detail::nearest_float(corners.x(end)), dx = x - detail::nearest_float(corners.x(inner)),
                     y = detail::nearest_float(corners.y(end)), dy = y - detail::nearest_float(corners.y(inner));
-        const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
+        const float norm = (std::max)(detail::vector_length(dx, dy), 1e-6F);
         growth_constraint c{x, y, dx / norm, dy / norm, -dy / norm, dx / norm};
         float toward_front = 0.0F;
         for (std::size_t i = 0; i < length; ++i) {
@@ -16924,7 +16924,7 @@ private:
         return nearest;
     }
     float distance_to(const growth_constraint& end, std::int32_t pixel) const {
-        return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
+        return vector_length(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
     // Returns the growth of the surface behind a curve at one of its ends.

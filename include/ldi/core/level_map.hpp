@@ -19,8 +19,8 @@ namespace detail {
 coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
 }
 
-/// How the pixels of a graph, the fine ones, relate to the pixels of the coarser graph that coarsen() made of it. Only coarsen()
-/// makes level maps that contain pixels, and they do not change, so their indices always exist.
+/// Relation between the pixels of a graph, the fine ones, and those of the coarser graph that coarsen() made of it. Only
+/// coarsen() makes level maps that contain pixels, and they do not change, so their indices always exist.
 class level_map {
 public:
     level_map() = default;

@@ -169,7 +169,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
         const float x = detail::nearest_float(corners.x(end)), dx = x - detail::nearest_float(corners.x(inner)),
                     y = detail::nearest_float(corners.y(end)), dy = y - detail::nearest_float(corners.y(inner));
-        const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
+        const float norm = (std::max)(detail::vector_length(dx, dy), 1e-6F);
         growth_constraint c{x, y, dx / norm, dy / norm, -dy / norm, dx / norm};
         float toward_front = 0.0F;
         for (std::size_t i = 0; i < length; ++i) {

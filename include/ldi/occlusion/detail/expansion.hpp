@@ -237,7 +237,7 @@ private:
         return nearest;
     }
     float distance_to(const growth_constraint& end, std::int32_t pixel) const {
-        return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
+        return vector_length(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
     // Returns the growth of the surface behind a curve at one of its ends.
