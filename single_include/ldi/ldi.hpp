@@ -2787,9 +2787,11 @@ public:
     /// Adds a neighbor with known values to a cell, one value per channel.
     template <class Scalar>
     void add_known_neighbor(std::int32_t cell, const Scalar* values) {
-        value_type& sum = levels_[0].known[cell];
+        level& here = levels_[0];
+        value_type& sum = here.known[cell];
+        if (here.known_count[cell] == 0.0F) sum = {};
         for (std::size_t c = 0; c < Channels; ++c) sum[c] += static_cast<float>(values[c]);
-        sum[Channels] += 1.0F;
+        here.known_count[cell] += 1.0F;
     }
 
     /// Links a cell to the unknown cell on its left.
@@ -2832,10 +2834,10 @@ private:
     /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
-        /// Per cell: sum over its known neighbors, and in the last entry their number.
+        /// Per cell: sum over its known neighbors, undefined if there are none. prepare() sets the last entry to 1 / (number of
+        /// all neighbors), so that relax() reads it along with the sum.
         buffer<value_type> known;
-        /// Per cell: 1 / (number of all neighbors); 0 for a cell without neighbors, which keeps its value. prepare() computes it.
-        buffer<float> weight;
+        buffer<float> known_count;  ///< per cell: number of its known neighbors
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
         buffer<std::int32_t> parent;
@@ -2843,17 +2845,18 @@ private:
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
 
         void reserve(std::size_t cells) {
-            value.reserve(cells), known.reserve(cells), links.reserve(cells), position.reserve(cells);
+            value.reserve(cells), known.reserve(cells), known_count.reserve(cells), links.reserve(cells), position.reserve(cells);
         }
 
         void clear() {
-            value.clear(), known.clear(), links.clear(), position.clear();
+            value.clear(), known.clear(), known_count.clear(), links.clear(), position.clear();
             add(0, -1);
         }
 
         std::int32_t add(std::int32_t x, std::int32_t y) {
             value.push_back({});
             known.push_back({});
+            known_count.push_back(0.0F);
             links.push_back({});
             position.push_back({x, y});
             return value.count() - 1;
@@ -2871,27 +2874,34 @@ private:
         }
 
         bool all_border_on_known() const {
-            for (std::size_t i = 1; i < known.size(); ++i)
-                if (known[i][Channels] == 0.0F) return false;
+            for (std::size_t i = 1; i < known_count.size(); ++i)
+                if (known_count[i] == 0.0F) return false;
             return true;
         }
 
         void start_from_known() {
             value_type all{};
-            for (const value_type& k : known)
-                for (std::size_t c = 0; c < Channels + 1; ++c) all[c] += k[c];
+            float all_count = 0.0F;
             for (std::size_t i = 1; i < value.size(); ++i) {
-                const value_type& from = known[i][Channels] > 0.0F ? known[i] : all;
-                for (std::size_t c = 0; c < Channels; ++c) value[i][c] = from[Channels] > 0.0F ? from[c] / from[Channels] : 0.0F;
+                if (known_count[i] == 0.0F) continue;
+                for (std::size_t c = 0; c < Channels; ++c) all[c] += known[i][c];
+                all_count += known_count[i];
+            }
+            for (std::size_t i = 1; i < value.size(); ++i) {
+                const bool borders = known_count[i] > 0.0F;
+                const value_type& from = borders ? known[i] : all;
+                const float count = borders ? known_count[i] : all_count;
+                for (std::size_t c = 0; c < Channels; ++c) value[i][c] = count > 0.0F ? from[c] / count : 0.0F;
             }
         }
 
         void prepare() {
-            weight.resize(value.size());
             for (std::size_t i = 1; i < value.size(); ++i) {
-                float neighbors = known[i][Channels];
+                float neighbors = known_count[i];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                weight[i] = neighbors > 0.0F ? 1.0F / neighbors : 0.0F;
+                if (known_count[i] == 0.0F) known[i] = neighbors == 0.0F ? value[i] : value_type{};
+                if (neighbors == 0.0F) neighbors = 1.0F;  // a cell without neighbors keeps its value
+                known[i][Channels] = 1.0F / neighbors;
             }
         }
 
@@ -2899,7 +2909,6 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
-                if (weight[i] == 0.0F) continue;
                 const value_type& up = value[links[i][upwards]];
                 const value_type& down = value[links[i][downwards]];
                 const value_type& left = value[links[i][to_left]];
@@ -2907,7 +2916,7 @@ private:
                 const value_type& k = known[i];
                 value_type mean;
                 for (std::size_t c = 0; c < Channels + 1; ++c)
-                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * weight[i];
+                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[Channels];
                 value[i] = mean;
             }
         }
@@ -2923,8 +2932,9 @@ private:
             if (parent == 0 && y % 2 == 1) parent = fine.parent[fine.links[i][upwards]];
             if (parent == 0) parent = coarse.add(x / 2, y / 2);
             fine.parent[i] = parent;
-            value_type& known = coarse.known[parent];
-            for (std::size_t c = 0; c < Channels + 1; ++c) known[c] += known_weight * fine.known[i][c];
+            if (fine.known_count[i] == 0.0F) continue;
+            for (std::size_t c = 0; c < Channels; ++c) coarse.known[parent][c] += known_weight * fine.known[i][c];
+            coarse.known_count[parent] += known_weight * fine.known_count[i];
         }
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t here = fine.parent[i];
@@ -10124,6 +10134,7 @@ struct plan_parts {
     std::size_t elements() const { return k() * k(); }
 };
 
+convolution_plan plan_of(plan_parts parts);
 plan_parts parts_of(convolution_plan plan);
 
 }  // namespace detail
@@ -10139,7 +10150,6 @@ public:
 
     /// Makes a plan without inputs and outputs.
     convolution_plan() = default;
-    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
 
     std::int32_t kernel_size() const { return parts_.kernel_size; }
     std::int32_t stride() const { return parts_.stride; }
@@ -10177,13 +10187,17 @@ public:
     }
 
 private:
+    friend convolution_plan detail::plan_of(detail::plan_parts parts);
     friend detail::plan_parts detail::parts_of(convolution_plan plan);
+
+    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
 
     detail::plan_parts parts_;
 };
 
 namespace detail {
 
+inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
 inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
 
 inline void check_kernel_size(std::int32_t kernel_size) {
@@ -10217,7 +10231,7 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
         return true;
     });
     regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
-    return convolution_plan(std::move(plan));
+    return plan_of(std::move(plan));
 }
 
 inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
@@ -10245,7 +10259,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     });
     for (std::int32_t o = 0; o < all_kept.count(); ++o)
         if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
-    return convolution_plan(std::move(plan));
+    return plan_of(std::move(plan));
 }
 
 }  // namespace detail
@@ -10325,7 +10339,7 @@ plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std
 ///
 /// outputs  ascending outputs of the plan; raises mismatch for others
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return convolution_plan(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
+    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
 }
 
 /// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
@@ -10335,7 +10349,7 @@ inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std:
     detail::plan_parts result =
         detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
     result.output_count = outputs.size();
-    return convolution_plan(std::move(result));
+    return detail::plan_of(std::move(result));
 }
 
 /// Marks all pixels that the plan's outputs read.
@@ -11336,7 +11350,7 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
     for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
     parts.input_count = inputs.size();
-    return convolution_plan(std::move(parts));
+    return detail::plan_of(std::move(parts));
 }
 
 /// Renumbers a plan for tensors that store only the rows of subsets.
@@ -11349,7 +11363,7 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
     for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
     for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
     parts.output_count = outputs.size();
-    return convolution_plan(std::move(parts));
+    return detail::plan_of(std::move(parts));
 }
 
 }}  // namespace ldi
@@ -11480,7 +11494,7 @@ public:
                     x = add(run, x, (std::min)(end, run.last), y, is_regular);
                 }
         }
-        return convolution_plan(std::move(plan_));
+        return plan_of(std::move(plan_));
     }
 
 private:

@@ -58,7 +58,7 @@ std::pair<photo_layers, chart_set> two_sheets(bool linked) {
     testing::sketched_graph g(make_grid(40, 20));
     if (!linked)
         for (std::int32_t y = 0; y < 20; ++y) g.unlink(y * 40 + 19, side::right);
-    photo_layers layers{graph(std::move(g))};
+    photo_layers layers(std::move(g).build());
     chart_set set;
     set.charts = {{0, 0, 20, 20, {}}, {20, 0, 20, 20, {}}};
     for (std::int32_t i = 0; i < 800; ++i) {

@@ -47,9 +47,11 @@ public:
     /// Adds a neighbor with known values to a cell, one value per channel.
     template <class Scalar>
     void add_known_neighbor(std::int32_t cell, const Scalar* values) {
-        value_type& sum = levels_[0].known[cell];
+        level& here = levels_[0];
+        value_type& sum = here.known[cell];
+        if (here.known_count[cell] == 0.0F) sum = {};
         for (std::size_t c = 0; c < Channels; ++c) sum[c] += static_cast<float>(values[c]);
-        sum[Channels] += 1.0F;
+        here.known_count[cell] += 1.0F;
     }
 
     /// Links a cell to the unknown cell on its left.
@@ -92,10 +94,10 @@ private:
     /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
-        /// Per cell: sum over its known neighbors, and in the last entry their number.
+        /// Per cell: sum over its known neighbors, undefined if there are none. prepare() sets the last entry to 1 / (number of
+        /// all neighbors), so that relax() reads it along with the sum.
         buffer<value_type> known;
-        /// Per cell: 1 / (number of all neighbors); 0 for a cell without neighbors, which keeps its value. prepare() computes it.
-        buffer<float> weight;
+        buffer<float> known_count;  ///< per cell: number of its known neighbors
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
         buffer<std::int32_t> parent;
@@ -103,17 +105,18 @@ private:
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
 
         void reserve(std::size_t cells) {
-            value.reserve(cells), known.reserve(cells), links.reserve(cells), position.reserve(cells);
+            value.reserve(cells), known.reserve(cells), known_count.reserve(cells), links.reserve(cells), position.reserve(cells);
         }
 
         void clear() {
-            value.clear(), known.clear(), links.clear(), position.clear();
+            value.clear(), known.clear(), known_count.clear(), links.clear(), position.clear();
             add(0, -1);
         }
 
         std::int32_t add(std::int32_t x, std::int32_t y) {
             value.push_back({});
             known.push_back({});
+            known_count.push_back(0.0F);
             links.push_back({});
             position.push_back({x, y});
             return value.count() - 1;
@@ -131,27 +134,34 @@ private:
         }
 
         bool all_border_on_known() const {
-            for (std::size_t i = 1; i < known.size(); ++i)
-                if (known[i][Channels] == 0.0F) return false;
+            for (std::size_t i = 1; i < known_count.size(); ++i)
+                if (known_count[i] == 0.0F) return false;
             return true;
         }
 
         void start_from_known() {
             value_type all{};
-            for (const value_type& k : known)
-                for (std::size_t c = 0; c < Channels + 1; ++c) all[c] += k[c];
+            float all_count = 0.0F;
             for (std::size_t i = 1; i < value.size(); ++i) {
-                const value_type& from = known[i][Channels] > 0.0F ? known[i] : all;
-                for (std::size_t c = 0; c < Channels; ++c) value[i][c] = from[Channels] > 0.0F ? from[c] / from[Channels] : 0.0F;
+                if (known_count[i] == 0.0F) continue;
+                for (std::size_t c = 0; c < Channels; ++c) all[c] += known[i][c];
+                all_count += known_count[i];
+            }
+            for (std::size_t i = 1; i < value.size(); ++i) {
+                const bool borders = known_count[i] > 0.0F;
+                const value_type& from = borders ? known[i] : all;
+                const float count = borders ? known_count[i] : all_count;
+                for (std::size_t c = 0; c < Channels; ++c) value[i][c] = count > 0.0F ? from[c] / count : 0.0F;
             }
         }
 
         void prepare() {
-            weight.resize(value.size());
             for (std::size_t i = 1; i < value.size(); ++i) {
-                float neighbors = known[i][Channels];
+                float neighbors = known_count[i];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                weight[i] = neighbors > 0.0F ? 1.0F / neighbors : 0.0F;
+                if (known_count[i] == 0.0F) known[i] = neighbors == 0.0F ? value[i] : value_type{};
+                if (neighbors == 0.0F) neighbors = 1.0F;  // a cell without neighbors keeps its value
+                known[i][Channels] = 1.0F / neighbors;
             }
         }
 
@@ -159,7 +169,6 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
-                if (weight[i] == 0.0F) continue;
                 const value_type& up = value[links[i][upwards]];
                 const value_type& down = value[links[i][downwards]];
                 const value_type& left = value[links[i][to_left]];
@@ -167,7 +176,7 @@ private:
                 const value_type& k = known[i];
                 value_type mean;
                 for (std::size_t c = 0; c < Channels + 1; ++c)
-                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * weight[i];
+                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[Channels];
                 value[i] = mean;
             }
         }
@@ -183,8 +192,9 @@ private:
             if (parent == 0 && y % 2 == 1) parent = fine.parent[fine.links[i][upwards]];
             if (parent == 0) parent = coarse.add(x / 2, y / 2);
             fine.parent[i] = parent;
-            value_type& known = coarse.known[parent];
-            for (std::size_t c = 0; c < Channels + 1; ++c) known[c] += known_weight * fine.known[i][c];
+            if (fine.known_count[i] == 0.0F) continue;
+            for (std::size_t c = 0; c < Channels; ++c) coarse.known[parent][c] += known_weight * fine.known[i][c];
+            coarse.known_count[parent] += known_weight * fine.known_count[i];
         }
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t here = fine.parent[i];

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 using namespace ldi;
@@ -159,6 +160,11 @@ constexpr bool plan_shows_temporary_values = requires {
 || requires { Plan().windows(); }
 || requires { Plan().rows_of(0); }
 || requires { Plan().window_of(0); };
+template <class Plan>
+constexpr bool is_made_by_braces = requires {
+    Plan({3, 1, 9, 9, {}, {}, {}, {}});
+};
+static_assert(!is_made_by_braces<convolution_plan> && !std::is_constructible_v<convolution_plan, detail::plan_parts>);
 static_assert(!can_change_plan<convolution_plan> && !plan_shows_temporary_values<convolution_plan>);
 
 TEST_CASE("on a grid, all pixels except those near the border are regular, in one segment per row") {

@@ -45,6 +45,7 @@ struct plan_parts {
     std::size_t elements() const { return k() * k(); }
 };
 
+convolution_plan plan_of(plan_parts parts);
 plan_parts parts_of(convolution_plan plan);
 
 }  // namespace detail
@@ -60,7 +61,6 @@ public:
 
     /// Makes a plan without inputs and outputs.
     convolution_plan() = default;
-    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
 
     std::int32_t kernel_size() const { return parts_.kernel_size; }
     std::int32_t stride() const { return parts_.stride; }
@@ -98,13 +98,17 @@ public:
     }
 
 private:
+    friend convolution_plan detail::plan_of(detail::plan_parts parts);
     friend detail::plan_parts detail::parts_of(convolution_plan plan);
+
+    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
 
     detail::plan_parts parts_;
 };
 
 namespace detail {
 
+inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
 inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
 
 inline void check_kernel_size(std::int32_t kernel_size) {
@@ -138,7 +142,7 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
         return true;
     });
     regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
-    return convolution_plan(std::move(plan));
+    return plan_of(std::move(plan));
 }
 
 inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
@@ -166,7 +170,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     });
     for (std::int32_t o = 0; o < all_kept.count(); ++o)
         if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
-    return convolution_plan(std::move(plan));
+    return plan_of(std::move(plan));
 }
 
 }  // namespace detail
@@ -246,7 +250,7 @@ plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std
 ///
 /// outputs  ascending outputs of the plan; raises mismatch for others
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return convolution_plan(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
+    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
 }
 
 /// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
@@ -256,7 +260,7 @@ inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std:
     detail::plan_parts result =
         detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
     result.output_count = outputs.size();
-    return convolution_plan(std::move(result));
+    return detail::plan_of(std::move(result));
 }
 
 /// Marks all pixels that the plan's outputs read.

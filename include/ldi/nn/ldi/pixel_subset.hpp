@@ -60,7 +60,7 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
     for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
     parts.input_count = inputs.size();
-    return convolution_plan(std::move(parts));
+    return detail::plan_of(std::move(parts));
 }
 
 /// Renumbers a plan for tensors that store only the rows of subsets.
@@ -73,7 +73,7 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
     for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
     for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
     parts.output_count = outputs.size();
-    return convolution_plan(std::move(parts));
+    return detail::plan_of(std::move(parts));
 }
 
 }}  // namespace ldi

@@ -66,7 +66,7 @@ public:
                     x = add(run, x, (std::min)(end, run.last), y, is_regular);
                 }
         }
-        return convolution_plan(std::move(plan_));
+        return plan_of(std::move(plan_));
     }
 
 private:
