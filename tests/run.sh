@@ -25,12 +25,13 @@ require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_less
 # Requires every tested part.
 common=(-DLDI_BUILD_BENCH=OFF "-DLDI_REQUIRED=^(ldi::io|examples, tests|examples/(learn|photo3d)|photo3d|tests)" "$@")
 if [ "$all" = 1 ]; then
-    build_and_test dev "${common[@]}"
+    build_and_test dev "${common[@]}" -DLDI_UNITY_TESTS=OFF  # compiled apart, each file includes what it uses
     # g++ builds with the separate headers, clang with the single header. The test single_include/same_program ensures that both
     # contain the same code. Without debug information, the build takes a quarter less time.
     exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
 else
-    build_targets="photo3d ldi_test_networks_tiefenrausch training_programs" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}"
+    build_targets="photo3d ldi_test_quality ldi_test_networks_tiefenrausch" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}" \
+        -DLDI_UNITY_TESTS=ON
 fi
 # Excludes tests that only run the compiler, in which sanitizers find nothing, slow tests, and the program, whose build takes minutes
 # and whose parts are all tested here. Warnings are off: the uninstrumented build reports them, and sanitizers cause false ones.

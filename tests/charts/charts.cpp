@@ -140,14 +140,16 @@ struct counted_requests {
     static void release(void*, void* block, std::size_t bytes) { ldi::detail::system_memory.release(nullptr, block, bytes); }
 };
 
-/// Number of times that make_charts() grows the charts of a map, 61 x 2047, with its hidden surfaces. Each time, it requests one
-/// byte per lattice position.
+/// Layers of a map, 61 x 2047, with its hidden surfaces.
+photo_layers layers_of(std::string_view name, std::size_t unit) {
+    const photo_layer lifted = lift_disparity(hard_map(name, 61, 2047, unit));
+    return expand(lifted, {}, find_discontinuity_curves(lifted, {})).layers;
+}
+
+/// Number of times that make_charts() grows the charts of layers_of(). Each time, it requests one byte per lattice position.
 ///
 /// max_area  area of the boxes, per lattice position
-std::size_t growths_of(std::string_view name, std::size_t unit, std::int64_t max_area) {
-    const photo_layer lifted = lift_disparity(hard_map(name, 61, 2047, unit));
-    const auto curves = find_discontinuity_curves(lifted, {});
-    const photo_layers layers = expand(lifted, {}, curves).layers;
+std::size_t growths_of(const photo_layers& layers, std::int64_t max_area) {
     counted_requests counted{layers.topology().position_count()};
     const memory_scope scope(counted.source);
     make_charts(layers, {}, {.max_area = max_area * 61 * 2047});
@@ -319,13 +321,14 @@ TEST_CASE("charts of rings get smaller boxes if the boxes have more than the max
 }
 
 TEST_CASE("charts of difficult maps are grown at most three times, and twice if no size fits") {
-    CHECK(growths_of("ramp", 1, 4) == 1);
+    CHECK(growths_of(layers_of("ramp", 1), 4) == 1);
     for (const std::string_view name : hard_maps)
         for (const std::size_t unit : {1U, 6U, 30U}) {
             CAPTURE(name, unit);
-            CHECK(growths_of(name, unit, 4) <= 3);  // 4 is the default for a photo of 12 megapixels
-            CHECK(growths_of(name, unit, 2) <= 3);
-            CHECK(growths_of(name, unit, 0) == 2);
+            const photo_layers layers = layers_of(name, unit);
+            CHECK(growths_of(layers, 4) <= 3);  // 4 is the default for a photo of 12 megapixels
+            CHECK(growths_of(layers, 2) <= 3);
+            CHECK(growths_of(layers, 0) == 2);
         }
 }
 

@@ -156,7 +156,7 @@ TEST_CASE("if any allocation of the conversion fails, bad_alloc is thrown and al
     const auto [thrown, calls] = runs_out(static_cast<std::size_t>(-1), ldi::serial_executor());
     REQUIRE_FALSE(thrown);
     REQUIRE(calls > 500);
-    for (std::size_t last = 0; last < calls; last += last < 400 ? 1 : 7) {
+    for (std::size_t last = 0; last < calls; last += last < 200 ? 1 : 13) {
         CAPTURE(last);
         REQUIRE(runs_out(last, ldi::serial_executor()).first);
         if (last % 7 == 0) runs_out(last, pool);

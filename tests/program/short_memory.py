@@ -73,7 +73,7 @@ def runs(photos):
 def one_by_one(folder, least):
     codes = {}
     for name, arguments in runs(write_photos(folder)):
-        for megabytes in [round(least * 1.2**i) for i in range(14)]:
+        for megabytes in [round(least * 1.3**i) for i in range(10)]:
             shutil.rmtree(os.path.join(folder, "out"), ignore_errors=True)
             os.mkdir(os.path.join(folder, "out"))
             result = run(folder, megabytes, *arguments, "--quiet", "--threads", "2")
