@@ -95,6 +95,10 @@ def share_text(row):
     return f"{row['share_of_peak']:.2f}" if "share_of_peak" in row and not cached else ""
 
 
+def rate_and_share(row):
+    return ", ".join(filter(None, (rate_text(row), share_text(row))))
+
+
 def allocations_text(row):
     count = round(row.get("allocations", 0))
     if count == 0:
@@ -123,10 +127,10 @@ def peer_text(row, rows):
 
 
 def table(rows):
-    lines = ["| benchmark | size | time | spread | rate | share of peak | allocations |", "|---|---|---|---|---|---|---|"]
+    lines = ["| benchmark | size | time | spread | rate, share of peak | allocations |", "|---|---|---|---|---|---|"]
     for r in rows:
         lines.append(f"| {r['name']} | {r.get('label', '')} | {time_text(r['time'])} | {spread_text(r)} | "
-                     f"{rate_text(r) or peer_text(r, rows)} | {share_text(r)} | {allocations_text(r)} |")
+                     f"{rate_and_share(r) or peer_text(r, rows)} | {allocations_text(r)} |")
     return lines
 
 
@@ -136,7 +140,7 @@ def by_instruction_set(rows, sets):
     for r in rows:
         name, _, last = r["name"].rpartition("/")
         if last in sets and r["name"].startswith("kernels/"):
-            cells.setdefault(name, {})[last] = f"{rate_text(r)}, {share_text(r)}".rstrip(", ")
+            cells.setdefault(name, {})[last] = rate_and_share(r)
     shown = set()
     lines = ["| kernel | " + " | ".join(sets) + " |", "|---" * (len(sets) + 1) + "|"]
     for name, row in cells.items():

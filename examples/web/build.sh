@@ -29,11 +29,22 @@ compile() {
         -sMEMORY_GROWTH_GEOMETRIC_STEP=0 -sTOTAL_STACK=1MB -sEXPORTED_FUNCTIONS=_malloc,_free \
         -sEXPORTED_RUNTIME_METHODS=UTF8ToString "${@:3}" >&2
 }
+# start NAME ...: runs compile in the background; finish waits for all, and fails if one failed.
+running=()
+start() {
+    compile "$@" &
+    running+=($!)
+}
+finish() {
+    local process
+    for process in "${running[@]}"; do wait "$process"; done
+}
 converter=(converter.cpp -lpugixml -sEXPORT_NAME=createConverter -sMEMORY_GROWTH_LINEAR_STEP=1MB)
 max_threads=8
-compile converter "${converter[@]}"
+start converter "${converter[@]}"
 # Build with threads, for pages with shared memory. Emscripten's threads must exist before the program starts them.
-compile converter_threads "${converter[@]}" -pthread -Wno-pthreads-mem-growth -DLDI_MAX_THREADS="${max_threads}U" -sDEFAULT_PTHREAD_STACK_SIZE=1MB \
+start converter_threads "${converter[@]}" -pthread -Wno-pthreads-mem-growth -DLDI_MAX_THREADS="${max_threads}U" -sDEFAULT_PTHREAD_STACK_SIZE=1MB \
     -sINITIAL_MEMORY=16MB -sMAXIMUM_MEMORY=1GB -sPTHREAD_POOL_SIZE="Math.min(navigator.hardwareConcurrency,$max_threads)-1"
-compile heic heic.cpp -DLDI_WITH_LIBHEIF -DLDI_WITH_LCMS2 -lheif -lde265 -llcms2 -lpugixml -sEXPORT_NAME=createReader -sMEMORY_GROWTH_LINEAR_STEP=16MB
+start heic heic.cpp -DLDI_WITH_LIBHEIF -DLDI_WITH_LCMS2 -lheif -lde265 -llcms2 -lpugixml -sEXPORT_NAME=createReader -sMEMORY_GROWTH_LINEAR_STEP=16MB
+finish
 node "$here/bundle.mjs" "$build" "$viewer" "$top/examples/models" "$build"
