@@ -12,11 +12,9 @@
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/depth_map.hpp>
-#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/photo_depth.hpp>
 #include <ldi/io/picture.hpp>
-#include <ldi/io/silhouettes_file.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <algorithm>
