@@ -130,15 +130,7 @@ image<T> copy_of(const T* values, std::size_t height, std::size_t width, std::si
 photo_with_depth decode(std::span<const std::byte> file, const std::string& name, const std::uint8_t* rgba, std::size_t height,
                         std::size_t width) {
     if (rgba == nullptr) return decode_photo_with_depth(file, {}, name);
-    photo_with_depth result;
-    result.photo.color = over_white(rgba, height, width);
-    ldi::detail::decoding_budget budget({}, {}, file.size());
-    if (ldi::detail::is_plain(file))
-        result.photo.focal_length_35mm =
-            ldi::detail::read_exif(ldi::detail::read_plain_header(file, name).exif).focal_length_35mm;
-    budget.lower_max_pixels(depth_map_options().limits.max_pixels);
-    ldi::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
-    return result;
+    return with_depth_inside(over_white(rgba, height, width), file, {}, name);
 }
 
 /// Completes the depth of a file; inverts it if its direction is a guess that the network contradicts.
@@ -148,9 +140,7 @@ void complete(photo_with_depth& input) {
     depth.disparity = fill_invalid(shrink_depth_map(std::move(depth.disparity)), depth.source);
     if (!depth.is_white_near_a_guess) return;
     const image<float> estimate = state().depth->disparity(input.photo.color, {}, state().threads);
-    if (agreement(depth.disparity, estimate) > -0.2F) return;
-    turn_round(depth.disparity);
-    depth.source += ", black is near";
+    invert_if_contradicted(depth, estimate);
 }
 
 /// Makes the 3D photo. Releases the input as soon as it can: a phone's browser has little memory.

@@ -244,18 +244,21 @@ TEST_CASE(
     })));
 }
 
-TEST_CASE("agreement() is near 1 for maps that increase together, near -1 if one map is inverted, and 0 for a flat map") {
-    image<float> a(9, 13), b(30, 20);
+TEST_CASE("a depth map is inverted if the estimate contradicts it, and stays as it is if either is flat") {
+    photo_depth depth{image<float>(9, 13), false, false, true, "map"};
+    image<float> estimate(30, 20);
     for (std::size_t y = 0; y < 9; ++y)
-        for (std::size_t x = 0; x < 13; ++x) a(y, x, 0) = static_cast<float>(x * x);
+        for (std::size_t x = 0; x < 13; ++x) depth.disparity(y, x, 0) = 1 + static_cast<float>(x * x);
     for (std::size_t y = 0; y < 30; ++y)
-        for (std::size_t x = 0; x < 20; ++x) b(y, x, 0) = static_cast<float>(x) - 3;
-    CHECK(agreement(a, b) > 0.9F);
-    turn_round(a);
-    CHECK(agreement(a, b) < -0.9F);
-    CHECK(*std::min_element(a.begin(), a.end()) == 0);
-    CHECK(*std::max_element(a.begin(), a.end()) == 144);
-    CHECK(agreement(a, image<float>(4, 4, 1, 2.0F)) == 0);
+        for (std::size_t x = 0; x < 20; ++x) estimate(y, x, 0) = 3 - static_cast<float>(x);
+    CHECK_FALSE(invert_if_contradicted(depth, image<float>(4, 4, 1, 2.0F)));
+    CHECK(depth.source == "map");
+    CHECK(invert_if_contradicted(depth, estimate));
+    CHECK(depth.source == "map, black is near");
+    CHECK(depth.disparity(4, 0, 0) == 145);
+    CHECK(depth.disparity(4, 1, 0) == 144);
+    CHECK(depth.disparity(4, 12, 0) == 1);
+    CHECK_FALSE(invert_if_contradicted(depth, estimate));
 }
 
 TEST_CASE("the expected source of depth is found in every photo of the collection") {
