@@ -108,29 +108,11 @@ std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     return encode_texture(ldi::shrink_photo(photo, long_side, state().threads), quality);
 }
 
-/// Composites the browser's pixels, red green blue alpha, on white.
-image<std::uint8_t> over_white(const std::uint8_t* rgba, std::size_t height, std::size_t width) {
-    image<std::uint8_t> color(height, width, 3, unset);
-    std::uint8_t* to = color.data();
-    for (std::size_t i = 0; i < height * width; ++i, rgba += 4, to += 3)
-        for (std::size_t c = 0; c < 3; ++c) to[c] = ldi::detail::over_white(rgba[c], rgba[3]);
-    return color;
-}
-
 template <class T>
 image<T> copy_of(const T* values, std::size_t height, std::size_t width, std::size_t channels) {
     image<T> copy(height, width, channels, unset);
     std::copy_n(values, height * width * channels, copy.data());
     return copy;
-}
-
-/// Decodes a photo and the depth inside it.
-///
-/// rgba  pixels that the browser has decoded, upright; null: decode the file here
-photo_with_depth decode(std::span<const std::byte> file, const std::string& name, const std::uint8_t* rgba, std::size_t height,
-                        std::size_t width) {
-    if (rgba == nullptr) return decode_photo_with_depth(file, {}, name);
-    return with_depth_inside(over_white(rgba, height, width), file, {}, name);
 }
 
 /// Completes the depth of a file; inverts it if its direction is a guess that the network contradicts.
@@ -271,13 +253,15 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
 
 /// Decodes a photo and the depth inside it for web_convert(); returns 1, or 0 after an error.
 ///
-/// rgba  the browser's pixels, or null
+/// rgba  pixels that the browser has decoded, upright; null: decode the file here
 EMSCRIPTEN_KEEPALIVE int web_open(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
                                   std::size_t height, std::size_t width) {
     return attempt([&] {
         state().input.reset();
         listener().report("reading photo", 0);
-        state().input = decode(bytes_of(data, size), name, rgba, height, width);
+        const std::span<const std::byte> file = bytes_of(data, size);
+        state().input = rgba == nullptr ? decode_photo_with_depth(file, {}, name)
+                                        : with_depth_inside({rgba, height, width, 4}, file, {}, name);
     });
 }
 

@@ -76,12 +76,12 @@ photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_bytes, s
                                        const photo_options& options = {}, const std::string& where = "photo",
                                        const std::string& map_where = "depth map");
 
-/// Adds the focal length and the depth inside a photo's file to colors that are already decoded, for example by a browser. Raises
-/// invalid_data and unsupported for the header of a JPEG, PNG, GIF or BMP file.
+/// Composites pixels that are already decoded, for example by a browser, on white, and adds the focal length and the depth inside
+/// their file. Raises invalid_data and unsupported for the header of a JPEG, PNG, GIF or BMP file.
 ///
-/// color  H x W x 3, upright
-photo_with_depth with_depth_inside(image<std::uint8_t> color, std::span<const std::byte> bytes, const photo_options& options = {},
-                                   const std::string& where = "photo");
+/// pixels  H x W x 4, upright: red, green, blue, opacity
+photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels, std::span<const std::byte> bytes,
+                                   const photo_options& options = {}, const std::string& where = "photo");
 
 /// Returns the size of a photo, and the memory that decode_photo_with_depth() followed by fill_invalid() needs. Raises the
 /// errors of decode_photo_with_depth() that the header can cause.
@@ -273,11 +273,11 @@ inline photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_b
     return detail::decode_photo_with(decode, photo_bytes, options, where, map_where);
 }
 
-inline photo_with_depth with_depth_inside(image<std::uint8_t> color, std::span<const std::byte> bytes,
+inline photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels, std::span<const std::byte> bytes,
                                           const photo_options& options, const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     photo_with_depth result;
-    result.photo.color = std::move(color);
+    result.photo.color = detail::over_white(pixels);
     if (detail::is_plain(bytes))
         result.photo.focal_length_35mm = detail::read_exif(detail::read_plain_header(bytes, where).exif).focal_length_35mm;
     detail::add_depth_inside(result, bytes, budget, where);
