@@ -8,6 +8,7 @@
 #include "help_text.hpp"
 #include "interruption.hpp"
 #include "messages.hpp"
+#include "options.hpp"
 #include "outputs.hpp"
 #include "report.hpp"
 #include "spare_memory.hpp"
