@@ -11,8 +11,12 @@
 
 # shellcheck shell=bash disable=SC2034
 
+# Tools.
 readonly needs_compiler=("command g++;g++")
+readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 readonly needs_build=("command cmake;cmake" "command ninja;ninja-build")
+
+# Parts of the repository.
 readonly needs_weight_files=("header protozero/pbf_reader.hpp;libprotozero-dev")
 readonly needs_io=(
     "header stb/stb_image.h;libstb-dev" "header png.h;libpng-dev" "${needs_weight_files[@]}"
@@ -24,23 +28,8 @@ readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.
 readonly needs_video=("command ffmpeg;ffmpeg")
 readonly needs_lessons=("header nlohmann/json.hpp;nlohmann-json3-dev" "header eigen3/Eigen/Core;libeigen3-dev"
     "header xtensor/xtensor.hpp;libxtensor-dev" "header benchmark/benchmark.h;libbenchmark-dev" "command python3;python3")
-readonly needs_tests=("header catch2/catch.hpp|catch2/catch_all.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
-    "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
-    "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config" "command git;git")
-readonly needs_peers=("module torch;python3-torch" "module onnx;python3-onnx" "module cv2;python3-opencv" "command node;nodejs"
-    "command npm;npm" "command taskset;util-linux" "header benchmark/benchmark.h;libbenchmark-dev")
-readonly needs_fresh=("command mmdebstrap;mmdebstrap" "command python3;python3" "command git;git")
-readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev"
-    "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev" "command python3;python3")
-readonly needs_bench_comparison=("file /usr/share/benchmark/compare.py;libbenchmark-tools" "module scipy;python3-scipy")
-readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
-readonly needs_browser=("command chromium;chromium")
 readonly needs_web=("command em++;emscripten" "command node;nodejs" "command npm;npm" "header stb/stb_image.h;libstb-dev")
-readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command xvfb-run;xvfb" "command xauth;xauth"
-    "command ffprobe;ffmpeg" "command heif-enc;libheif-examples")
-readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy" "module matplotlib;python3-matplotlib"
-    "header nlohmann/json.hpp;nlohmann-json3-dev" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
     "module pybind11;python3-pybind11" "module numpy;python3-numpy" "module pip;python3-pip" "module venv;python3-venv"
     "module ensurepip;python3-venv" "module setuptools;python3-setuptools" "module wheel;python3-wheel" "module pytest;python3-pytest"
@@ -49,17 +38,39 @@ readonly needs_service=("header amqp.h;librabbitmq-dev" "header curl/curl.h;libc
     "header openssl/evp.h;libssl-dev"
     "header prometheus/registry.h;prometheus-cpp-dev" "header httplib.h;libcpp-httplib-dev" "command pkg-config;pkg-config"
     "command curl;curl" "command python3;python3" "command rabbitmqctl;rabbitmq-server")
+readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy" "module matplotlib;python3-matplotlib"
+    "header nlohmann/json.hpp;nlohmann-json3-dev" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
+
+# Tests.
+readonly needs_tests=("header catch2/catch.hpp|catch2/catch_all.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
+    "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
+    "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config" "command git;git")
+readonly needs_hostile=("command python3;python3" "module numpy;python3-numpy" "module PIL;python3-pil" "command heif-enc;libheif-examples"
+    "command ffmpeg;ffmpeg")
+readonly needs_validator=("command node;nodejs" "command npm;npm")
+readonly needs_browser=("command chromium;chromium")
+readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command xvfb-run;xvfb" "command xauth;xauth"
+    "command ffprobe;ffmpeg" "command heif-enc;libheif-examples")
 readonly needs_service_tests=("module prometheus_client;python3-prometheus-client" "command ip;iproute2" "command ffmpeg;ffmpeg"
     "command node;nodejs" "command npm;npm" "command slurmctld;slurmctld" "command slurmd;slurmd" "command sbatch;slurm-client"
     "command munged;munge" "command amqp-publish;amqp-tools")
-readonly needs_hostile=("command python3;python3" "module numpy;python3-numpy" "module PIL;python3-pil" "command heif-enc;libheif-examples"
-    "command ffmpeg;ffmpeg")
+readonly needs_fresh=("command mmdebstrap;mmdebstrap" "command python3;python3" "command git;git")
+
+# Benchmarks.
+readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev"
+    "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev" "command python3;python3")
+readonly needs_bench_comparison=("file /usr/share/benchmark/compare.py;libbenchmark-tools" "module scipy;python3-scipy")
+readonly needs_peers=("module torch;python3-torch" "module onnx;python3-onnx" "module cv2;python3-opencv" "command node;nodejs"
+    "command npm;npm" "command taskset;util-linux" "header benchmark/benchmark.h;libbenchmark-dev")
+
+# Other processors and systems.
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_windows=("command x86_64-w64-mingw32-g++-posix;g++-mingw-w64-x86-64-posix" "command wine;wine" "header catch2/catch.hpp;catch2")
+
+# Releases.
 readonly needs_sources=("command dpkg-source;dpkg-dev" "command patch;patch")
 readonly needs_release=("${needs_sources[@]}" "command git;git" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
-readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # missing_needs NEED...: prints the needs (see above) that this machine lacks.
 missing_needs() {

@@ -7,7 +7,7 @@
 #include "bench/support/sample.hpp"
 #include "tests/support/random_bytes.hpp"
 
-#include <ldi/io/safetensors_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/kernels/repeat_pixels_u8.hpp>
 #include <ldi/kernels/requantize_float.hpp>

@@ -8,7 +8,7 @@
 //                                             layers
 #include <bench/support/converted_photo.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
-#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/networks/farbrausch.hpp>
 
 #include <algorithm>

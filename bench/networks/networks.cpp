@@ -7,10 +7,7 @@
 #include <ldi/depth/detail/band_input.hpp>
 #include <ldi/depth/network_decider.hpp>
 #include <ldi/depth/step_band.hpp>
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/io/safetensors_file.hpp>
-#include <ldi/io/silhouettes_file.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/networks/silhouettes.hpp>
 #include <ldi/networks/tiefenrausch.hpp>

@@ -8,10 +8,9 @@
 #include <examples/photo3d/report.hpp>
 
 #include <ldi/formats/glb.hpp>
-#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
-#include <ldi/io/safetensors_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <CLI/CLI.hpp>
 

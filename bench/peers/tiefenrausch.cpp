@@ -2,7 +2,7 @@
 // ../shared has it. Peers once took these times for the published network, on one thread of a machine that was not recorded:
 // QNNPACK 603 ms, ONNX Runtime 129 ms, oneDNN 66 ms. tiefenrausch.sh measures the last two beside ours.
 #include <ldi/io/photo.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 
 #include <benchmark/benchmark.h>

@@ -5,8 +5,8 @@
 #include "tests/support/stage_peaks.hpp"
 
 #include <ldi/io/depth_map.hpp>
-#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/photo.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <cstdio>

@@ -9,7 +9,7 @@
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/file.hpp>
 #include <ldi/io/photo.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <nlohmann/json.hpp>
 

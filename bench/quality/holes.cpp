@@ -3,10 +3,9 @@
 #include "holes.hpp"
 
 #include <ldi/io/depth_map.hpp>
-#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <CLI/CLI.hpp>
 

@@ -7,7 +7,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/io/safetensors_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 

@@ -8,8 +8,7 @@
 #include "sizes.hpp"
 #include "subjects.hpp"
 
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/io/safetensors_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

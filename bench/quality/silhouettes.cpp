@@ -4,9 +4,7 @@
 #include "silhouettes_in_photographs.hpp"
 #include "subjects.hpp"
 
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/io/silhouettes_file.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <CLI/CLI.hpp>
 

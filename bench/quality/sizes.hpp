@@ -7,7 +7,7 @@
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
-#include <ldi/io/published_network.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/photo3d.hpp>
 

@@ -6,7 +6,7 @@
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo.hpp>
-#include <ldi/io/published_network.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/photo3d.hpp>
 
 #if defined(__GLIBC__)

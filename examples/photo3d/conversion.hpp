@@ -12,11 +12,9 @@
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/depth_map.hpp>
-#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/photo_depth.hpp>
 #include <ldi/io/picture.hpp>
-#include <ldi/io/silhouettes_file.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <algorithm>
@@ -82,20 +80,17 @@ struct photo_files {
     std::filesystem::path beside = {};  ///< depth map beside the photo, found by find_map_beside()
 };
 
-/// Inverts a map of unknown direction if the network's estimate disagrees; if the network is not certain, white stays near, as
-/// usual. A single pass at 192 pixels suffices for a direction and takes a fifth of a full estimate's time. Of 44 photos with
-/// true depth, each given once as it is and once inverted, it decides 85 of 88 as a full estimate does; in the other 3, the
-/// correlation is weak, about 0.2.
+/// Inverts a map of unknown direction if the network's estimate contradicts it. A single pass at 192 pixels suffices for a
+/// direction and takes a fifth of a full estimate's time. Of 44 photos with true depth, each given once as it is and once
+/// inverted, it decides 85 of 88 as a full estimate does; in the other 3, the correlation is weak, about 0.2.
 template <executor Executor>
-void turn_as_seen(photo_with_depth& input, const networks& by, Executor& threads) {
+void invert_as_seen(photo_with_depth& input, const networks& by, Executor& threads) {
     if (!input.depth->is_white_near_a_guess || !by.depth) return;
     constexpr std::size_t long_side = 192;
     const tiefenrausch& network = by.depth.read();
     const image<float> estimate =
         network.disparity_of(network.levels(network.resize_for_network(input.photo.color, threads, long_side), threads));
-    if (agreement(input.depth->disparity, estimate) > -0.2F) return;
-    turn_round(input.depth->disparity);
-    input.depth->source += ", black is near";
+    invert_if_contradicted(*input.depth, estimate);
 }
 
 /// Finds the depth map beside the photo, unless an option names one or excludes it.
@@ -107,25 +102,6 @@ inline void find_map_beside(photo_files& names, const arguments& a) {
 /// File of the depth map, named or found beside the photo; empty if there is none.
 inline const std::filesystem::path& map_file(const photo_files& names) {
     return names.depth.empty() ? names.beside : names.depth;
-}
-
-/// Decodes a photo with the depth map beside it, or with the depth inside it if the map can't be used.
-inline photo_with_depth decode_with_map_beside(std::span<const std::byte> photo, std::span<const std::byte> map,
-                                               const photo_options& reading, const std::string& name,
-                                               const std::string& map_name) {
-    photo_with_depth input;
-    depth_map_options options;
-    options.formats = reading.formats;
-    input.photo = decode_photo(photo, reading, name);
-    ldi::try_depth(input, map_name, [&] {
-        input.depth = photo_depth{decode_depth_map(map, options, map_name), false, false, true, map_name};
-    });
-    if (input.depth) return input;
-    const std::string refused = std::move(input.refused);
-    input = {};
-    input = decode_photo_with_depth(photo, reading, name);
-    if (input.refused.empty()) input.refused = refused;
-    return input;
 }
 
 /// Decodes a photo with the named depth map, or with its own depth unless an option excludes it.
@@ -152,7 +128,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
         return input;
     }
     input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
-                                 : decode_with_map_beside(photo, depth, a.reading(), name, depth_name);
+                                 : decode_photo_with_map(photo, depth, a.reading(), name, depth_name);
     if (!input.refused.empty()) say("not used: " + input.refused);
     if (!input.depth && !by.depth)
         raise(error_code::invalid_option, "photo3d",
@@ -161,20 +137,9 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
               "none of these");
     if (!input.depth) return input;
     input.depth->disparity = fill_invalid(shrink_depth_map(std::move(input.depth->disparity)), input.depth->source);
-    turn_as_seen(input, by, threads);
+    invert_as_seen(input, by, threads);
     return input;
 }
-
-/// An existing depth map, moved into the conversion instead of copied, because it may be much larger than the photo.
-struct moved_disparity {
-    image<float>& map;
-
-    template <executor Executor>
-    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const {
-        return std::move(map);
-    }
-    float quantization_step() const { return 1.0F; }
-};
 
 /// Converts a photo.
 ///
@@ -186,9 +151,9 @@ photo3d convert(const arguments& a, photo_with_depth& input, const networks& by,
     image<std::uint8_t>& photo = input.photo.color;
     const network_decider silhouettes(by.silhouettes ? &*by.silhouettes : nullptr, options.alignment);
     const auto with = [&](const auto& inpainter) {
-        cleaned_photo cleaned = input.depth
-                                    ? clean_depth(photo, moved_disparity{input.depth->disparity}, silhouettes, options, threads)
-                                    : clean_depth(photo, by.depth.read(), silhouettes, options, threads);
+        cleaned_photo cleaned =
+            input.depth ? clean_depth(photo, given_disparity{std::move(input.depth->disparity)}, silhouettes, options, threads)
+                        : clean_depth(photo, by.depth.read(), silhouettes, options, threads);
         if (!needs_sheets(photo, a.long_side, a.geometry_side)) photo = {};  // a phone's photo takes as much as all layers
         return make_photo3d(std::move(cleaned), photo_columns<>(), inpainter, options, threads);
     };

@@ -8,6 +8,7 @@
 #include "help_text.hpp"
 #include "interruption.hpp"
 #include "messages.hpp"
+#include "options.hpp"
 #include "outputs.hpp"
 #include "report.hpp"
 #include "spare_memory.hpp"
@@ -100,19 +101,12 @@ void check_files(const arguments& a, const photo_files& names, output_files& fil
     check_video(a.video, files);
 }
 
-/// Prints the table of a run's figures, and notes on the result.
-void print_figures(const arguments& a, const nlohmann::ordered_json& report, bool is_stdout_taken) {
-    if (a.quiet) return;
-    std::fputs(("\n" + to_table(report)).c_str(), is_stdout_taken ? stderr : stdout);
-    for (const std::string note : report["notes"]) say(name_of_input(a.photos.front()) + ": " + note);
-}
-
-/// Prints the files that a run has written, and the programs that open them.
-void print_files(const arguments& a, const photo_files& names, bool is_stdout_taken) {
-    if (a.quiet) return;
+/// Lists the files that a run writes, and the programs that open them.
+std::string list_of_files(const arguments& a, const photo_files& names) {
     std::string text;
     const auto add = [&](const std::filesystem::path& file, const char* opened_by) {
-        if (!file.empty() && !is_standard(file)) text += "wrote " + escaped(file.string()) + opened_by + "\n";
+        if (file.empty() || is_standard(file)) return;
+        text += (text.empty() ? "\nwrites " : "writes ") + escaped(file.string()) + opened_by + "\n";
     };
     add(names.html, "   open it in a browser");
     if (a.embed) add(names.poster, ""), add(element_beside(names.html), "   the element that shows the photo in other pages");
@@ -123,7 +117,19 @@ void print_files(const arguments& a, const photo_files& names, bool is_stdout_ta
     add(a.video.depth_map, "");
     add(a.stages, "   pictures of every stage");
     add(names.report, "");
-    if (!text.empty()) std::fputs(("\n" + text).c_str(), is_stdout_taken ? stderr : stdout);
+    return text;
+}
+
+/// Prints the table of a run's figures, the list of its files, and notes on the result. Raises file_access, unavailable.
+void print_results(const arguments& a, const photo_files& names, const nlohmann::ordered_json& report,
+                   const output_files& files) {
+    if (a.quiet) return;
+    const std::string text = "\n" + to_table(report) + list_of_files(a, names);
+    if (files.uses_standard_output())
+        std::fputs(text.c_str(), stderr);
+    else
+        print_text(text);
+    for (const std::string note : report["notes"]) say(name_of_input(a.photos.front()) + ": " + note);
 }
 
 void run(const arguments& a, output_files& files) {
@@ -162,9 +168,8 @@ void run(const arguments& a, output_files& files) {
         files.write(element_beside(names.html), element);
     }
     if (!names.glb.empty()) files.write(names.glb, encoded.glb);
+    print_results(a, names, report, files);  // before the files appear: a run that fails writes nothing
     files.commit();
-    print_figures(a, report, files.uses_standard_output());
-    print_files(a, names, files.uses_standard_output());
 }
 
 /// Adds options that print the manual page or a shell's completions. In their texts, paths of the program's data are relative to

@@ -6,6 +6,7 @@
 #include "../photo3d/batch_list.hpp"
 #include "../photo3d/channel.hpp"
 #include "../photo3d/messages.hpp"
+#include "../photo3d/options.hpp"
 #include "../photo3d/spare_memory.hpp"
 #include "broker.hpp"
 #include "conversion_job.hpp"

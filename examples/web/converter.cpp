@@ -108,37 +108,11 @@ std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     return encode_texture(ldi::shrink_photo(photo, long_side, state().threads), quality);
 }
 
-/// Composites the browser's pixels, red green blue alpha, on white.
-image<std::uint8_t> over_white(const std::uint8_t* rgba, std::size_t height, std::size_t width) {
-    image<std::uint8_t> color(height, width, 3, unset);
-    std::uint8_t* to = color.data();
-    for (std::size_t i = 0; i < height * width; ++i, rgba += 4, to += 3)
-        for (std::size_t c = 0; c < 3; ++c) to[c] = ldi::detail::over_white(rgba[c], rgba[3]);
-    return color;
-}
-
 template <class T>
 image<T> copy_of(const T* values, std::size_t height, std::size_t width, std::size_t channels) {
     image<T> copy(height, width, channels, unset);
     std::copy_n(values, height * width * channels, copy.data());
     return copy;
-}
-
-/// Decodes a photo and the depth inside it.
-///
-/// rgba  pixels that the browser has decoded, upright; null: decode the file here
-photo_with_depth decode(std::span<const std::byte> file, const std::string& name, const std::uint8_t* rgba, std::size_t height,
-                        std::size_t width) {
-    if (rgba == nullptr) return decode_photo_with_depth(file, {}, name);
-    photo_with_depth result;
-    result.photo.color = over_white(rgba, height, width);
-    ldi::detail::decoding_budget budget({}, {}, file.size());
-    if (ldi::detail::is_plain(file))
-        result.photo.focal_length_35mm =
-            ldi::detail::read_exif(ldi::detail::read_plain_header(file, name).exif).focal_length_35mm;
-    budget.lower_max_pixels(depth_map_options().limits.max_pixels);
-    ldi::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
-    return result;
 }
 
 /// Completes the depth of a file; inverts it if its direction is a guess that the network contradicts.
@@ -148,9 +122,7 @@ void complete(photo_with_depth& input) {
     depth.disparity = fill_invalid(shrink_depth_map(std::move(depth.disparity)), depth.source);
     if (!depth.is_white_near_a_guess) return;
     const image<float> estimate = state().depth->disparity(input.photo.color, {}, state().threads);
-    if (agreement(depth.disparity, estimate) > -0.2F) return;
-    turn_round(depth.disparity);
-    depth.source += ", black is near";
+    invert_if_contradicted(depth, estimate);
 }
 
 /// Makes the 3D photo. Releases the input as soon as it can: a phone's browser has little memory.
@@ -281,13 +253,15 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
 
 /// Decodes a photo and the depth inside it for web_convert(); returns 1, or 0 after an error.
 ///
-/// rgba  the browser's pixels, or null
+/// rgba  pixels that the browser has decoded, upright; null: decode the file here
 EMSCRIPTEN_KEEPALIVE int web_open(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
                                   std::size_t height, std::size_t width) {
     return attempt([&] {
         state().input.reset();
         listener().report("reading photo", 0);
-        state().input = decode(bytes_of(data, size), name, rgba, height, width);
+        const std::span<const std::byte> file = bytes_of(data, size);
+        state().input = rgba == nullptr ? decode_photo_with_depth(file, {}, name)
+                                        : with_depth_inside({rgba, height, width, 4}, file, {}, name);
     });
 }
 

@@ -1,4 +1,5 @@
-#include <ldi/io/glb_file.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/io/file.hpp>
 #include <ldi/io/picture.hpp>
 
 #include <catch2/catch.hpp>
@@ -442,7 +443,7 @@ TEST_CASE("the Khronos validator finds neither errors nor warnings in GLB files,
     std::string paths;
     const auto add = [&](const std::string& name, const textured_mesh& mesh, const byte_string& jpeg,
                          const glb_options& options) {
-        save_glb(folder / name, mesh, jpeg, options);
+        write_file(folder / name, encode_glb(mesh, jpeg, options));
         paths += " '" + (folder / name).string() + "'";
     };
     add("camera.glb", make_sheet(20, 30), texture, {.camera = some_camera()});
@@ -458,7 +459,7 @@ TEST_CASE("the Khronos validator finds neither errors nor warnings in GLB files,
     parts.positions.append(more.positions.begin(), more.positions.end());
     parts.texture_coordinates.append(more.texture_coordinates.begin(), more.texture_coordinates.end());
     for (const std::uint32_t i : more.triangles) parts.triangles.push_back(i + 16);
-    save_glb(folder / "parts.glb", parts, std::vector<std::span<const std::byte>>{texture, texture});
+    write_file(folder / "parts.glb", encode_glb(parts, std::vector<std::span<const std::byte>>{texture, texture}));
     paths += " '" + (folder / "parts.glb").string() + "'";
     glb_options with_attributes{.camera = some_camera()};
     with_attributes.attributes = {{"_LABEL", 1, buffer<float>(72, 2.5F)}, {"_DIRECTION", 3, buffer<float>(3 * 72, -1.0F)}};

@@ -1,4 +1,4 @@
-#include <ldi/io/safetensors_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 
 #include "tests/support/counted_memory.hpp"

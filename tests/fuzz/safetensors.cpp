@@ -1,7 +1,7 @@
 // libFuzzer: any bytes are a weight file or raise an error, and any weight file is an inpainting network or raises an error. The
 // shipped network, in 8-bit arithmetic, inpaints any picture with any holes. Built by clang++
 // -fsanitize=fuzzer,address,undefined; start from tests/fuzz/corpus/safetensors.
-#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <tests/io/phone_files.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace ldi;
@@ -149,6 +150,23 @@ TEST_CASE("the EXIF orientation rotates the depth map with its photo") {
     CHECK(found.depth->disparity(0, 11, 0) == Approx(1 / (1 + stored(0, 0, 0) / 255.0)));  // the top left pixel is now top right
 }
 
+TEST_CASE("pixels of another decoder are composited on white and get the focal length and the depth of their file") {
+    image<std::uint8_t> pixels(24, 40, 4, 255);
+    pixels(5, 6, 0) = 55, pixels(5, 6, 3) = 0;
+    pixels(7, 8, 1) = 55, pixels(7, 8, 3) = 51;  // opacity 0.2
+    const std::string fields = "GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Format=\"RangeLinear\"";
+    const byte_string file = jpeg_with_exif(gdepth_jpeg(photo_file, depth_file, fields), exif_bytes(1, 26));
+    const photo_with_depth found = with_depth_inside(pixels, file);
+    CHECK(found.photo.color.channels() == 3);
+    CHECK(found.photo.color(5, 6, 0) == 255);
+    CHECK(found.photo.color(7, 8, 1) == 215);
+    CHECK(found.photo.focal_length_35mm == 26.0F);
+    REQUIRE(found.depth);
+    CHECK(std::ranges::equal(found.depth->disparity, decode_photo_with_depth(file).depth->disparity));
+    CHECK_FALSE(with_depth_inside(pixels, photo_file).depth);
+    CHECK_THROWS_AS(with_depth_inside(pixels, std::span(photo_file).first(30)), error);
+}
+
 TEST_CASE("a photo with unusable depth is decoded without it, and the reason is stated") {
     const auto with = [](const std::string& fields) { return gdepth_jpeg(photo_file, depth_file, fields); };
     check_refused(with("GDepth:Near=\"1\""), "a nearest and a farthest distance");
@@ -210,6 +228,10 @@ TEST_CASE("a depth map file beside the photo is read with white as near, and thi
     CHECK(found.depth->disparity(0, 0, 0) == 9);
     CHECK(found.depth->is_white_near_a_guess);
     CHECK_FALSE(found.depth->is_inverse_depth);
+    const photo_with_depth decoded = decode_photo_with_map(read_file(folder / "a.jpg"), encode_png(map), {}, "photo", "map");
+    REQUIRE(decoded.depth);
+    CHECK(decoded.depth->source == "map");
+    CHECK(std::ranges::equal(decoded.depth->disparity, found.depth->disparity));
     save_png(folder / "a_depth.png", image<std::uint8_t>(12, 12, 1, 3));
     const photo_with_depth other = load_photo_with_depth(folder / "a.jpg");
     CHECK_FALSE(other.depth);
@@ -244,18 +266,21 @@ TEST_CASE(
     })));
 }
 
-TEST_CASE("agreement() is near 1 for maps that increase together, near -1 if one map is inverted, and 0 for a flat map") {
-    image<float> a(9, 13), b(30, 20);
+TEST_CASE("a depth map is inverted if the estimate contradicts it, and stays as it is if either is flat") {
+    photo_depth depth{image<float>(9, 13), false, false, true, "map"};
+    image<float> estimate(30, 20);
     for (std::size_t y = 0; y < 9; ++y)
-        for (std::size_t x = 0; x < 13; ++x) a(y, x, 0) = static_cast<float>(x * x);
+        for (std::size_t x = 0; x < 13; ++x) depth.disparity(y, x, 0) = 1 + static_cast<float>(x * x);
     for (std::size_t y = 0; y < 30; ++y)
-        for (std::size_t x = 0; x < 20; ++x) b(y, x, 0) = static_cast<float>(x) - 3;
-    CHECK(agreement(a, b) > 0.9F);
-    turn_round(a);
-    CHECK(agreement(a, b) < -0.9F);
-    CHECK(*std::min_element(a.begin(), a.end()) == 0);
-    CHECK(*std::max_element(a.begin(), a.end()) == 144);
-    CHECK(agreement(a, image<float>(4, 4, 1, 2.0F)) == 0);
+        for (std::size_t x = 0; x < 20; ++x) estimate(y, x, 0) = 3 - static_cast<float>(x);
+    CHECK_FALSE(invert_if_contradicted(depth, image<float>(4, 4, 1, 2.0F)));
+    CHECK(depth.source == "map");
+    CHECK(invert_if_contradicted(depth, estimate));
+    CHECK(depth.source == "map, black is near");
+    CHECK(depth.disparity(4, 0, 0) == 145);
+    CHECK(depth.disparity(4, 1, 0) == 144);
+    CHECK(depth.disparity(4, 12, 0) == 1);
+    CHECK_FALSE(invert_if_contradicted(depth, estimate));
 }
 
 TEST_CASE("the expected source of depth is found in every photo of the collection") {

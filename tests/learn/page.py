@@ -48,7 +48,7 @@ for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
         lesson = Path(re.search(r"\]\((\d\d_\w+)\.cpp\)", section)[1])
         built = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve() / f"learn_{lesson}"
         if not built.exists():
-            print(f"not compared: the output of {lesson}, which is not built")
+            print(f"skipped: the output of {lesson}, which is not built")
             continue
         with tempfile.TemporaryDirectory() as folder:
             printed = subprocess.run([built], capture_output=True, text=True, check=True, cwd=folder).stdout

@@ -1,5 +1,4 @@
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/io/safetensors_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
 

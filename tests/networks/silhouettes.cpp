@@ -1,5 +1,4 @@
-#include <ldi/io/safetensors_file.hpp>
-#include <ldi/io/silhouettes_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/networks/silhouettes.hpp>
 
 #include "tests/networks/reference_silhouettes.hpp"

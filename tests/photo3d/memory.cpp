@@ -2,8 +2,7 @@
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/lifted_scene.hpp"
 
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>

@@ -80,8 +80,8 @@ class folder_of_files:
     def command(self, *arguments):
         return [PROGRAM, *arguments, "--depth", "depth.png", "--inpaint", "diffusion"]
 
-    def run(self, *arguments, quiet=True, **how):
-        return subprocess.run(self.command(*arguments, *(["--quiet"] if quiet else [])), cwd=self.path, capture_output=True, timeout=120, **how)
+    def run(self, *arguments, quiet=True, stdout=subprocess.PIPE, **how):
+        return subprocess.run(self.command(*arguments, *(["--quiet"] if quiet else [])), cwd=self.path, stdout=stdout, stderr=subprocess.PIPE, timeout=120, **how)
 
 
 def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how):
@@ -134,7 +134,7 @@ def names():
     with folder_of_files() as f:
         result = expect("messages about written files", f, ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--report", "a.json"], DONE, made=["a.glb", "a.html", "a.json"], quiet=False)
         end = result.stdout.decode().rstrip().splitlines()[-3:]
-        check("the last lines name the written files and what opens them", [line.split()[:2] for line in end] == [["wrote", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
+        check("the last lines name the written files and what opens them", [line.split()[:2] for line in end] == [["writes", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
         for name in ("a.glb", "a.html", "a.json"):
             os.remove(f / name)
         os.mkdir(f / "photo-3d")
@@ -341,6 +341,12 @@ def what_is_kept():
             f.write(name)
         everything = ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--stages", "stages", "--depth-map", "map.png"]
         expect("a full disk", f, [*everything, "--report", "/dev/full"], TRY_AGAIN, ["/dev/full"])
+        with open("/dev/full", "w") as full:
+            expect("figures that can't be printed", f, ["me.png", "-o", "a.glb"], TRY_AGAIN, ["photo3d: standard output: "], quiet=False, stdout=full)
+        read, write = os.pipe()
+        os.close(read)
+        expect("figures without a reader", f, ["me.png", "-o", "a.glb"], TRY_AGAIN, ["photo3d: standard output: "], quiet=False, stdout=write)
+        os.close(write)
         tools = f / "tools"
         os.mkdir(tools)
         with open(os.path.join(tools, "ffmpeg"), "w") as tool:

@@ -4,7 +4,7 @@
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <catch2/catch.hpp>
 

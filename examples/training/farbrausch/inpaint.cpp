@@ -7,7 +7,7 @@
 // masks.py: 0 known, 1 hole, 2 does not exist. Output per picture: height x width x 3 bytes; pixels that do not exist are black.
 
 #include <ldi/inpaint/texture_transfer.hpp>
-#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <algorithm>
 #include <cstddef>

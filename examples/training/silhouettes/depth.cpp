@@ -8,7 +8,7 @@
 // three maps of height x width float32: the map sharpened and resampled; the same after the weighted median; and after alignment
 // with the photo's edges and removal of middle components (make_photo3d() lifts this last map).
 
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <algorithm>

@@ -8,7 +8,7 @@
 // height x width x 3 bytes. Output per photo: height, width (int32); the network's raw output (height x width bytes; if the
 // library runs the network at two sizes, at the larger one); disparity (height x width float32).
 
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/io/weight_files.hpp>
 
 #include <cstdint>
 #include <cstdio>

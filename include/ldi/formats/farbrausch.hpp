@@ -1,6 +1,6 @@
 // Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
 // examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
-// PartialConv. io/farbrausch_file.hpp loads both from files.
+// PartialConv. io/weight_files.hpp loads both from files.
 #pragma once
 
 #include <ldi/base/error.hpp>

@@ -1,5 +1,5 @@
 // Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes to disk.
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

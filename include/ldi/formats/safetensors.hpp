@@ -1,5 +1,5 @@
 // Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
-// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/safetensors_file.hpp
+// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/weight_files.hpp
 // loads them from disk.
 #pragma once
 

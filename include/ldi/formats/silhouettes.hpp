@@ -1,5 +1,5 @@
 // Decodes the silhouette network from the bytes of a safetensors file that examples/training/silhouettes/export.py wrote.
-// io/silhouettes_file.hpp loads it from a file.
+// io/weight_files.hpp loads it from a file.
 #pragma once
 
 #include <ldi/base/error.hpp>

@@ -1,6 +1,6 @@
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
 // network is small, was trained on the results of other networks, and computes with the same arithmetic as the published
-// network. io/tiefenrausch_file.hpp loads it from disk.
+// network. io/weight_files.hpp loads it from disk.
 #pragma once
 
 #include <ldi/formats/safetensors.hpp>

@@ -80,6 +80,19 @@ inline std::uint8_t over_white(unsigned value, unsigned alpha) {
     return static_cast<std::uint8_t>((value * alpha + 255 * (255 - alpha) + 127) / 255);
 }
 
+/// Composites H x W x 4 pixels, red, green, blue and opacity, on white.
+inline image<std::uint8_t> over_white(image_view<const std::uint8_t> pixels) {
+    LDI_ASSERT(pixels.channels() == 4);
+    image<std::uint8_t> color(pixels.height(), pixels.width(), 3, unset);
+    for (std::size_t y = 0; y < pixels.height(); ++y) {
+        const std::uint8_t* from = pixels.row(y);
+        std::uint8_t* to = color.row(y);
+        for (std::size_t x = 0; x < pixels.width(); ++x, from += 4, to += 3)
+            for (std::size_t c = 0; c < 3; ++c) to[c] = over_white(from[c], from[3]);
+    }
+    return color;
+}
+
 /// Returns H x W x 3, upright, before color conversion.
 inline image<std::uint8_t> upright_color(const stored_photo& photo) {
     const decoded_picture<std::uint8_t>& stored = photo.picture;

@@ -10,6 +10,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/io/depth_map.hpp>
+#include <ldi/io/detail/correlation.hpp>
 #include <ldi/io/detail/orientation.hpp>
 #include <ldi/io/detail/readers.hpp>
 #include <ldi/io/detail/side_by_side.hpp>
@@ -27,7 +28,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -42,7 +42,7 @@ struct photo_depth {
     image<float> disparity;              ///< h x w x 1, upright, larger is nearer; NaN for unknown pixels; see fill_invalid()
     bool is_inverse_depth = false;       ///< values are 1 / distance up to a factor; false: up to a factor and a shift
     bool is_metric = false;              ///< values are 1 / distance in meters
-    bool is_white_near_a_guess = false;  ///< the file does not state whether white or black is near (see agreement())
+    bool is_white_near_a_guess = false;  ///< direction unknown, white assumed near; see invert_if_contradicted()
     std::string source;                  ///< description, such as "GDepth, RangeInverse", or the path of the file
 };
 
@@ -52,17 +52,17 @@ struct photo_with_depth {
     std::string refused;  ///< text of the error if depth could not be used; the photo is still valid
 };
 
-/// Returns the Pearson correlation of two maps of one photo, H x W x 1, which may differ in size and may contain NaN. Returns 0
-/// if a map is constant. A negative correlation between a depth map and a network's estimate means that black is near in the
-/// map.
-inline float agreement(const image<float>& a, const image<float>& b);
-
 /// Finds the depth map beside a photo by its name: for `photo.jpg`, `photo_depth` with the extension png, jpg, jpeg, pfm or npy.
 /// Returns an empty path if there is none.
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 
-/// Inverts a map: the nearest values become the farthest.
-inline void turn_round(image<float>& disparity);
+/// Inverts a depth map of unknown direction if a network's estimate contradicts it, that is, if their correlation is -0.2 or
+/// less. If the network is not certain, white stays near, as usual. Returns whether it inverted the map, and appends to
+/// depth.source.
+///
+/// depth     its disparity has no NaN
+/// estimate  h x w x 1, disparity of the same photo, in any size
+inline bool invert_if_contradicted(photo_depth& depth, const image<float>& estimate);
 
 inline namespace LDI_READERS {
 
@@ -70,41 +70,31 @@ inline namespace LDI_READERS {
 photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                          const std::string& where = "photo");
 
+/// Decodes a photo and the depth map from a second file, in which white is near. If the map can't be used, decodes the depth
+/// inside the photo's file instead, if there is any. Raises the errors of decode_photo().
+photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_bytes, std::span<const std::byte> map_bytes,
+                                       const photo_options& options = {}, const std::string& where = "photo",
+                                       const std::string& map_where = "depth map");
+
+/// Composites pixels that are already decoded, for example by a browser, on white, and adds the focal length and the depth inside
+/// their file. Raises invalid_data and unsupported for the header of a JPEG, PNG, GIF or BMP file.
+///
+/// pixels  H x W x 4, upright: red, green, blue, opacity
+photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels, std::span<const std::byte> bytes,
+                                   const photo_options& options = {}, const std::string& where = "photo");
+
 /// Returns the size of a photo, and the memory that decode_photo_with_depth() followed by fill_invalid() needs. Raises the
 /// errors of decode_photo_with_depth() that the header can cause.
 decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                             const std::string& where = "photo");
 
-/// Loads a photo from a file as decode_photo_with_depth() does. A depth map beside it, such as `photo_depth.png` for
-/// `photo.jpg`, takes precedence over depth inside the file. Also raises file_access.
+/// Loads a photo and the depth map beside it, such as `photo_depth.png` for `photo.jpg`, as decode_photo_with_map() does; without
+/// a map, as decode_photo_with_depth() does. Also raises file_access.
 photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options = {});
 
 }  // inline namespace
 
 // ----------------------------------------------------------------------------------------------------------------------------
-
-inline float agreement(const image<float>& a, const image<float>& b) {
-    constexpr std::size_t samples = 64;  // along each side
-    double count = 0, a_sum = 0, b_sum = 0, aa = 0, bb = 0, ab = 0;
-    const auto sample = [](const image<float>& map, std::size_t y, std::size_t x) {
-        return double{map.row((2 * y + 1) * map.height() / (2 * samples))[(2 * x + 1) * map.width() / (2 * samples)]};
-    };
-    for (std::size_t y = 0; y < samples; ++y)
-        for (std::size_t x = 0; x < samples; ++x) {
-            const double u = sample(a, y, x), v = sample(b, y, x);
-            if (!std::isfinite(u) || !std::isfinite(v)) continue;
-            ++count, a_sum += u, b_sum += v, aa += u * u, bb += v * v, ab += u * v;
-        }
-    if (count == 0) return 0;
-    const double spread = (aa - a_sum * a_sum / count) * (bb - b_sum * b_sum / count);
-    return spread > 0 ? static_cast<float>((ab - a_sum * b_sum / count) / std::sqrt(spread)) : 0;
-}
-
-inline void turn_round(image<float>& disparity) {
-    float lowest = std::numeric_limits<float>::infinity(), highest = -lowest;
-    for (const float v : disparity) lowest = (std::min)(lowest, v), highest = (std::max)(highest, v);
-    for (float& v : disparity) v = highest - v + lowest;
-}
 
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo) {
     for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".pfm", ".npy"}) {
@@ -116,11 +106,29 @@ inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo
     return {};
 }
 
-/// Runs `read`, which sets result.depth. If it raises an error, stores the text in result.refused and discards the depth.
+namespace detail {
+
+/// Returns the Pearson correlation of two maps of one photo, which may differ in size and may contain NaN. Returns NaN if a map
+/// is constant.
+inline double correlation_of(const image<float>& a, const image<float>& b) {
+    constexpr std::size_t samples = 64;  // along each side
+    const auto sample = [](const image<float>& map, std::size_t y, std::size_t x) {
+        return double{map.row((2 * y + 1) * map.height() / (2 * samples))[(2 * x + 1) * map.width() / (2 * samples)]};
+    };
+    correlation result;
+    for (std::size_t y = 0; y < samples; ++y)
+        for (std::size_t x = 0; x < samples; ++x) {
+            const double u = sample(a, y, x), v = sample(b, y, x);
+            if (std::isfinite(u) && std::isfinite(v)) result.add(u, v);
+        }
+    return result.value();
+}
+
+/// Calls `read` for the depth of a photo. If it raises an error, stores the text in result.refused instead.
 template <class Read>
 void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
     try {
-        read();
+        result.depth = read();
         if (!result.depth) return;
         check_fits(result.depth->disparity, result.photo.color, where);
         const auto is_valid = [](float v) { return !std::isnan(v); };
@@ -132,6 +140,20 @@ void try_depth(photo_with_depth& result, const std::string& where, Read&& read) 
         result.depth.reset();
         result.refused = e.what();
     }
+}
+
+}  // namespace detail
+
+inline bool invert_if_contradicted(photo_depth& depth, const image<float>& estimate) {
+    constexpr float max_correlation = -0.2F;
+    image<float>& map = depth.disparity;
+    const float correlation = static_cast<float>(detail::correlation_of(map, estimate));
+    if (std::isnan(correlation) || correlation > max_correlation) return false;
+    const auto [lowest, highest] = std::minmax_element(map.begin(), map.end());
+    const float low = *lowest, high = *highest;
+    for (float& v : map) v = high - v + low;
+    depth.source += ", black is near";
+    return true;
 }
 
 namespace detail::inline LDI_READERS {
@@ -159,6 +181,13 @@ inline std::optional<photo_depth> find_depth_inside([[maybe_unused]] std::span<c
     return std::nullopt;
 }
 
+/// Adds the depth inside a file to its photo.
+inline void add_depth_inside(photo_with_depth& result, std::span<const std::byte> bytes, decoding_budget& budget,
+                             const std::string& where) {
+    budget.lower_max_pixels(depth_map_options().limits.max_pixels);  // depth maps have a lower pixel limit than photos
+    try_depth(result, where, [&] { return find_depth_inside(bytes, budget, where); });
+}
+
 /// Charges the cost of find_depth_inside().
 inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes, [[maybe_unused]] decoding_budget& budget,
                               [[maybe_unused]] const std::string& where) {
@@ -173,6 +202,25 @@ inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
     if (is_heif(bytes)) heif_items(bytes, budget, where).take_depth(budget);
 #endif
 #endif
+}
+
+/// Decodes a photo with a depth map from another file, or with the depth inside its own file if that map can't be used.
+///
+/// read_map  accepts depth_map_options and returns the map
+template <class ReadMap>
+photo_with_depth decode_photo_with(ReadMap&& read_map, std::span<const std::byte> bytes, const photo_options& options,
+                                   const std::string& where, const std::string& map_where) {
+    depth_map_options map_options;
+    map_options.formats = options.formats;
+    photo_with_depth result;
+    result.photo = decode_photo(bytes, options, where);
+    try_depth(result, map_where, [&] { return photo_depth{read_map(map_options), false, false, true, map_where}; });
+    if (result.depth) return result;
+    const std::string refused = std::move(result.refused);
+    result = {};  // releases the colors before they are decoded again
+    result = decode_photo_with_depth(bytes, options, where);
+    if (result.refused.empty()) result.refused = refused;
+    return result;
 }
 
 /// Returns the memory in bytes for the halves of a picture: the left half as colors, the right half as floats, and a second set
@@ -199,8 +247,7 @@ inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes
         result.depth = photo_depth{detail::take_columns<float>(both, half, half, 1), false, false, true, "the right half"};
         return result;
     }
-    budget.lower_max_pixels(depth_map_options().limits.max_pixels);  // depth maps have a lower pixel limit than photos
-    try_depth(result, where, [&] { result.depth = detail::find_depth_inside(bytes, budget, where); });
+    detail::add_depth_inside(result, bytes, budget, where);
     return result;
 }
 
@@ -219,23 +266,30 @@ inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> by
     return {header.height, header.width, budget.taken() + detail::max_profile_memory};
 }
 
-inline photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options) {
-    const std::filesystem::path companion = depth_map_beside(path);
-    if (companion.empty()) return decode_photo_with_depth(read_file(path), options, path.string());
-    const std::vector<std::byte> bytes = read_file(path);
+inline photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_bytes, std::span<const std::byte> map_bytes,
+                                              const photo_options& options, const std::string& where,
+                                              const std::string& map_where) {
+    const auto decode = [&](const depth_map_options& map_options) { return decode_depth_map(map_bytes, map_options, map_where); };
+    return detail::decode_photo_with(decode, photo_bytes, options, where, map_where);
+}
+
+inline photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels, std::span<const std::byte> bytes,
+                                          const photo_options& options, const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     photo_with_depth result;
-    result.photo = decode_photo(bytes, options, path.string());
-    try_depth(result, companion.string(), [&] {
-        depth_map_options map;
-        map.formats = options.formats;
-        result.depth = photo_depth{load_depth_map(companion, map), false, false, true, companion.string()};
-    });
-    if (result.depth) return result;
-    const std::string refused = std::move(result.refused);
-    result = {};
-    result = decode_photo_with_depth(bytes, options, path.string());
-    if (result.refused.empty()) result.refused = refused;
+    result.photo.color = detail::over_white(pixels);
+    if (detail::is_plain(bytes))
+        result.photo.focal_length_35mm = detail::read_exif(detail::read_plain_header(bytes, where).exif).focal_length_35mm;
+    detail::add_depth_inside(result, bytes, budget, where);
     return result;
+}
+
+inline photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options) {
+    const std::vector<std::byte> bytes = read_file(path);
+    const std::filesystem::path map = depth_map_beside(path);
+    if (map.empty()) return decode_photo_with_depth(bytes, options, path.string());
+    const auto load = [&](const depth_map_options& map_options) { return load_depth_map(map, map_options); };
+    return detail::decode_photo_with(load, bytes, options, path.string(), map.string());
 }
 
 }  // inline namespace

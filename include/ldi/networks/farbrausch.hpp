@@ -1,6 +1,6 @@
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net, trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md describes the network step by step;
-// io/farbrausch_file.hpp loads its weights. The same class runs PartialConv, the full-size network that the paper compares with
+// io/weight_files.hpp loads its weights. The same class runs PartialConv, the full-size network that the paper compares with
 // (networks/inpainting_architecture.hpp).
 #pragma once
 

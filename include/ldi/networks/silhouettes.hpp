@@ -1,6 +1,6 @@
 // The silhouette network decides which of the two surfaces a pixel near a sharp disparity step belongs to. It is a small U-Net
 // in 8-bit arithmetic that computes only the region around the steps. examples/training/silhouettes/README.md defines its input
-// and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
+// and its layers; io/weight_files.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

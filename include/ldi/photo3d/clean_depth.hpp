@@ -68,13 +68,14 @@ struct cleaned_photo {
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
-/// photo  H x W x 3, at least one pixel
+/// photo      H x W x 3, at least one pixel
+/// estimator  a temporary given_disparity is moved from, not copied
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
-cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     detail::check_photo(photo);
@@ -84,7 +85,8 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     normalize_options normalize_with = options.normalize;
     normalize_with.relative_step =
         (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
-    normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
+    normalized_disparity normalized =
+        normalize(std::forward<Estimator>(estimator).disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
     result.range = normalized.range;
     result.photo = shrink_photo(photo, options.long_side, threads);
@@ -108,9 +110,9 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 /// Estimates and cleans the depth of a photo, H x W x 3 with at least one pixel. aligned_silhouettes decides whether pixels
 /// beside a silhouette belong to the front or the back surface.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
-cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
-    return clean_depth(photo, estimator, aligned_silhouettes{options.alignment}, options, threads);
+    return clean_depth(photo, std::forward<Estimator>(estimator), aligned_silhouettes{options.alignment}, options, threads);
 }
 
 }}  // namespace ldi

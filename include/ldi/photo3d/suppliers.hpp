@@ -53,8 +53,12 @@ struct given_disparity {
     image<float> map;
 
     template <executor Executor>
-    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const {
+    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const& {
         return map;
+    }
+    template <executor Executor>
+    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) && {
+        return std::move(map);
     }
     float quantization_step() const { return 1.0F; }
 };

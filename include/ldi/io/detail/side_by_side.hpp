@@ -2,8 +2,8 @@
 // for 3D displays write such files.
 #pragma once
 
-#include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/io/detail/correlation.hpp>
 
 #include <algorithm>
 #include <array>
@@ -20,7 +20,8 @@ inline bool is_side_by_side(const image<std::uint8_t>& color) {
     const std::size_t half = color.width() / 2;
     if (color.width() % 2 != 0 || half == 0) return false;
     std::array<bool, 256> shades{};
-    double colored = 0, a_sum = 0, b_sum = 0, aa = 0, bb = 0, ab = 0;
+    double colored = 0;
+    correlation halves;
     for (std::size_t y = 0; y < color.height(); ++y)
         for (std::size_t x = 0; x < half; ++x) {
             const std::uint8_t *const left = color.row(y) + 3 * x, *const right = left + 3 * half;
@@ -28,13 +29,10 @@ inline bool is_side_by_side(const image<std::uint8_t>& color) {
             shades[right[0]] = true;
             const auto [low, high] = std::minmax({left[0], left[1], left[2]});
             if (high - low > 8) ++colored;
-            const double a = left[0] + left[1] + left[2], b = right[0];
-            a_sum += a, b_sum += b, aa += a * a, bb += b * b, ab += a * b;
+            halves.add(left[0] + left[1] + left[2], right[0]);
         }
-    const double count = nearest_double(half) * nearest_double(color.height());
-    const double spread = std::sqrt((std::max)((aa - a_sum * a_sum / count) * (bb - b_sum * b_sum / count), 0.0));
-    return colored > min_share_of_colored * count && std::count(shades.begin(), shades.end(), true) >= 16 &&
-           std::abs(ab - a_sum * b_sum / count) < max_correlation * spread;
+    return colored > min_share_of_colored * halves.count() && std::count(shades.begin(), shades.end(), true) >= 16 &&
+           std::abs(halves.value()) < max_correlation;
 }
 
 /// Copies the first `channels` channels of `width` columns, starting at column `begin`.
