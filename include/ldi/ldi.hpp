@@ -115,9 +115,7 @@
 #include <ldi/render/camera.hpp>
 #include <ldi/render/camera_paths.hpp>
 #include <ldi/render/gap_colors.hpp>
-#include <ldi/render/micro_polygons.hpp>
 #include <ldi/render/motion.hpp>
-#include <ldi/render/peel.hpp>
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
 
