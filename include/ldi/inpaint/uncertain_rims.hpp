@@ -42,7 +42,7 @@ namespace detail {
 /// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if the two look
 /// alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float min_contrast = 40.0F;  // default of mixed_color_options::contrast
+    constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
