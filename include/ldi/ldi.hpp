@@ -29,6 +29,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/layered_view.hpp>
 #include <ldi/core/level_map.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/core/pixel_region.hpp>
 #include <ldi/core/runs.hpp>

@@ -31,7 +31,6 @@ FLOORS = {
     "io": "base core nn networks formats",
     # The stages of a 3D photo compile without networks and files.
     "photo3d.hpp": "base core depth occlusion inpaint charts texture mesh photo3d",
-    "fwd.hpp": "base",
     "version.hpp": "",
 }
 FLOORS["ldi.hpp"] = " ".join(FLOORS)  # everything except detail/
