@@ -5,6 +5,8 @@
 #pragma once
 
 #include "metrics.hpp"
+#include "micro_polygons.hpp"
+#include "peel.hpp"
 #include "picture_quality.hpp"
 #include "subjects.hpp"
 #include "views.hpp"
@@ -21,8 +23,6 @@
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/lift.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
-#include <ldi/render/micro_polygons.hpp>
-#include <ldi/render/peel.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -104,13 +104,13 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     original.camera = s.camera;
     canonical = ldi::moved_view(s.camera, range, 1, shift);
     canonical.camera.width += 2 * static_cast<std::int32_t>(std::ceil(std::abs(shift)));  // nothing moves out of the picture
-    ldi::peel_options peel_options;
-    peel_options.z_near = 1e-3F;
-    const ldi::photo_layers peeled = ldi::peel(lifted, range, original, canonical, peel_options, threads).layers;
+    peel_options options;
+    options.z_near = 1e-3F;
+    const ldi::photo_layers peeled = peel(lifted, range, original, canonical, options, threads).layers;
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
     const auto reproject = [&](const ldi::photo_layers& layers) {
-        return ldi::render_layers(layers, range, canonical, original, raster, threads);
+        return render_layers(layers, range, canonical, original, raster, threads);
     };
 
     const ldi::buffer<std::size_t> layer = ldi::examples::layer_of_pixels(peeled);

@@ -1,5 +1,8 @@
-// Pictures of the finished sample and its files, one thread: include/ldi/render, formats and io, and the program's compression.
+// Pictures of the finished sample and its files, one thread: include/ldi/render, formats and io, the program's compression, and
+// depth peeling of bench/quality.
 
+#include "bench/quality/micro_polygons.hpp"
+#include "bench/quality/peel.hpp"
 #include "bench/support/measure.hpp"
 #include "bench/support/sample.hpp"
 
@@ -17,8 +20,6 @@
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
 #include <ldi/render/gap_colors.hpp>
-#include <ldi/render/micro_polygons.hpp>
-#include <ldi/render/peel.hpp>
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
 
@@ -48,12 +49,14 @@ void add_render() {
                     [&] { return ldi::rasterize(sample().mesh, sample().atlas.color, from_right(), options).coverage; });
         });
     add("render/render_layers", [](benchmark::State& state) {
-        measure(state, size_text(wide, high), picture(),
-                [] { return ldi::render_layers(sample().layers, sample().facts.range, taken_from(), from_right()).coverage; });
+        measure(state, size_text(wide, high), picture(), [] {
+            return ldi_quality::render_layers(sample().layers, sample().facts.range, taken_from(), from_right()).coverage;
+        });
     });
     add("render/peel", [](benchmark::State& state) {
-        measure(state, size_text(wide, high), picture(),
-                [] { return ldi::peel(sample().layers, sample().facts.range, taken_from(), from_right()).layers.size(); });
+        measure(state, size_text(wide, high), picture(), [] {
+            return ldi_quality::peel(sample().layers, sample().facts.range, taken_from(), from_right()).layers.size();
+        });
     });
     add("render/gap_colors", [](benchmark::State& state) {
         const ldi::view far = ldi::moved_view(sample().facts.camera, sample().facts.range, 1.0F, 160.0F);

@@ -29,6 +29,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/layered_view.hpp>
 #include <ldi/core/level_map.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/core/pixel_region.hpp>
 #include <ldi/core/runs.hpp>
@@ -115,9 +116,7 @@
 #include <ldi/render/camera.hpp>
 #include <ldi/render/camera_paths.hpp>
 #include <ldi/render/gap_colors.hpp>
-#include <ldi/render/micro_polygons.hpp>
 #include <ldi/render/motion.hpp>
-#include <ldi/render/peel.hpp>
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
 

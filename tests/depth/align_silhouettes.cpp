@@ -104,7 +104,7 @@ TEST_CASE("a pixel that a curve passes over changes to the surface farther from 
     for (const auto& [own, changed] : {std::pair{0.85F, 0.2F}, {0.55F, 0.2F}, {0.45F, 0.8F}, {0.15F, 0.8F}, {1.5F, 1.5F}}) {
         ldi::image<float> before(1, 3);
         before(0, 0) = 0.8F, before(0, 1) = 0.2F, before(0, 2) = own;
-        ldi::detail::curves::trace t;
+        ldi::traced_curve t;
         t.sides.push_back({.back = 1, .front = 0, .toward_front = ldi::side::left});
         ldi::image<float> disparity = before;
         ldi::detail::curves::change_sides(t, {{2, 0}}, before, disparity);
@@ -164,9 +164,10 @@ TEST_CASE(
     "a moved silhouette leaves half of a thin object, and may move by four pixels and more if it has teeth of four pixels") {
     const auto for_each_band_row = [](std::int32_t radius, auto&& is_front, auto&& visit) {
         const scene s = make_scene(60, 80, 0.0F, 0.0F, red, gray, 0.0F, is_front);
-        const ldi::detail::curves::corner_map lattice(80, 60);
+        const ldi::corner_map lattice(80, 60);
         for (const auto& t : ldi::detail::curves::long_curves(s.given, {}, 20)) {
-            const ldi::detail::curves::band b(make_plane_curve(t, lattice, radius / 2), t, s.photo, s.given, radius);
+            const ldi::detail::curves::band b(ldi::detail::curves::make_plane_curve(t, lattice, radius / 2), t, s.photo, s.given,
+                                              radius);
             for (std::int32_t k = radius; k + radius < b.size(); ++k) visit(b.min_cut(k), b.largest_cut(k));
         }
     };

@@ -31,13 +31,13 @@ FLOORS = {
     "io": "base core nn networks formats",
     # The stages of a 3D photo compile without networks and files.
     "photo3d.hpp": "base core depth occlusion inpaint charts texture mesh photo3d",
-    "fwd.hpp": "base",
     "version.hpp": "",
 }
 FLOORS["ldi.hpp"] = " ".join(FLOORS)  # everything except detail/
 FOR_ALL = {"version.hpp"}
 # Folders and files that may include detail/: they measure parts of a stage, or decode files in memory in a browser.
-KNOW_PARTS = {"bench/kernels", "bench/networks", "bench/quality/beside_silhouettes.hpp", "bench/support", "examples/web"}
+KNOW_PARTS = {"bench/kernels", "bench/networks", "bench/quality/beside_silhouettes.hpp", "bench/quality/micro_polygons.hpp",
+              "bench/quality/peel.hpp", "bench/quality/pixel_squares.hpp", "bench/quality/surface_walk.hpp", "bench/support", "examples/web"}
 
 root = Path(__file__).resolve().parent.parent.parent
 include = root / "include" / "ldi"

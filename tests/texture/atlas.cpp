@@ -102,6 +102,34 @@ TEST_CASE("atlases of random charts contain every pixel once, and no block is sh
     }
 }
 
+TEST_CASE("charts with two pixels at one position are refused, and all other charts are accepted") {
+    std::mt19937 random(4);
+    int refused = 0, accepted = 0;
+    for (int i = 0; i < 300; ++i) {
+        const photo_layers layers = random_photo_layers(random, 12);
+        const graph& g = layers.topology();
+        chart_set charts;
+        charts.charts.resize(static_cast<std::size_t>(1 + below(random, 40)));
+        for (chart& c : charts.charts) c.width = g.width(), c.height = g.height();
+        buffer<std::uint8_t> taken(charts.charts.size() * g.position_count());
+        bool overlaps = false;
+        for (std::int32_t pixel = 0; pixel < g.count(); ++pixel) {
+            const std::int32_t c = below(random, charts.charts.count());
+            charts.chart_of.push_back(c);
+            charts.charts[c].pixels.push_back(pixel);
+            std::uint8_t& there = taken[static_cast<std::size_t>(c) * g.position_count() + g.position_of(pixel)];
+            overlaps = overlaps || there != 0;
+            there = 1;
+        }
+        const std::string message = message_of([&] { make_atlas(layers, charts); });
+        REQUIRE((message == "nothing raised") != overlaps);
+        REQUIRE((message.find("at most one pixel at a position") != std::string::npos) == overlaps);
+        ++(overlaps ? refused : accepted);
+    }
+    CHECK(refused > 20);
+    CHECK(accepted > 20);
+}
+
 TEST_CASE("atlases of scenes with hidden surfaces are valid, and equal on any number of threads") {
     std::mt19937 random(2);
     for (int i = 0; i < 6; ++i) {

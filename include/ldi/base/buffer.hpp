@@ -11,6 +11,7 @@
 #include <cstring>
 #include <initializer_list>
 #include <new>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -44,9 +45,12 @@ concept element_iterator = requires(T i) {
 #endif
 }
 
-/// Raises too_large, because the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() {
-    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+/// Raises too_large, because `count` values of `value_size` bytes exceed the address space.
+[[noreturn]] inline void refuse_count(std::size_t count, std::size_t value_size) {
+    raise(error_code::too_large, "buffer",
+          "at most " + std::to_string(static_cast<std::size_t>(PTRDIFF_MAX) / value_size) + " values of " +
+              std::to_string(value_size) + " bytes",
+          std::to_string(count));
 }
 
 /// Type-independent part of a buffer, compiled once for all types.
@@ -58,7 +62,7 @@ struct memory_block {
     /// Allocates a larger, empty block. The first success selects the allocator.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         const memory& source = from != nullptr ? *from : current_memory();
-        if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
+        if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count(new_capacity, value_size);
         void* place = source.allocate(source.context, new_capacity * value_size, alignment);
         if (place == nullptr) out_of_memory();
         LDI_ASSERT(reinterpret_cast<std::uintptr_t>(place) % alignment == 0);

@@ -65,14 +65,20 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
+    const auto refuse = [&](const std::string& found) {
+        raise(error_code::mismatch, where, "a partition of " + std::to_string(g.size()) + " pixels into charts", found);
+    };
+    if (charts.chart_of.size() != g.size()) refuse("chart_of for " + std::to_string(charts.chart_of.size()) + " pixels");
     std::size_t count = 0;
-    bool fits = charts.chart_of.size() == g.size();
-    for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
-        count += charts.charts[c].pixels.size();
-        fits = fits_box(charts.charts[c], c, charts.chart_of, g);
+    for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
+        const chart& box = charts.charts[c];
+        count += box.pixels.size();
+        if (!fits_box(box, c, charts.chart_of, g))
+            refuse("chart " + std::to_string(c) + ", whose pixels are not ascending, not in its box of " +
+                   std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
+                   std::to_string(box.y) + "), or not assigned to it by chart_of");
     }
-    if (!fits || count != g.size())
-        raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
+    if (count != g.size()) refuse("charts of " + std::to_string(count) + " pixels");
 }
 
 }  // namespace detail

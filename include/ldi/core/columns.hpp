@@ -202,8 +202,8 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Ind
 /// bits.
 template <payload_column Column>
 std::size_t scalar_count(std::size_t pixels) {
-    constexpr std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / (sizeof(typename Column::scalar) * Column::channels);
-    if (pixels > limit) refuse_count();
+    constexpr std::size_t pixel_size = sizeof(typename Column::scalar) * Column::channels;
+    if (pixels > static_cast<std::size_t>(PTRDIFF_MAX) / pixel_size) refuse_count(pixels, pixel_size);
     return pixels * Column::channels;
 }
 

@@ -53,7 +53,9 @@ namespace detail {
           std::to_string(width) + " x " + std::to_string(height));
 }
 
-[[noreturn]] inline void refuse_pixel_count() { raise(error_code::too_large, "graph", "fewer than 2^31 pixels", "more"); }
+[[noreturn]] inline void refuse_pixel_count(std::size_t count) {
+    raise(error_code::too_large, "graph", "fewer than 2^31 pixels", std::to_string(count));
+}
 inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
 
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
@@ -150,7 +152,7 @@ public:
         : index_columns(width, height) {
         x_ = x, y_ = y;
         column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
-        if (x.size() > detail::max_pixels) detail::refuse_pixel_count();
+        if (x.size() > detail::max_pixels) detail::refuse_pixel_count(x.size());
         for (const index_view& column : {y, up, down, left, right})
             if (column.size() != x.size())
                 raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",

@@ -38,14 +38,14 @@ public:
     /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
     /// count          number of initial pixels, all at (0, 0) and without links; raises too_large for 2^31 or more
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
-        if (count > detail::max_pixels) detail::refuse_pixel_count();
+        if (count > detail::max_pixels) detail::refuse_pixel_count(count);
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
     /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
     /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
-        if (count > detail::max_pixels) detail::refuse_pixel_count();
+        if (count > detail::max_pixels) detail::refuse_pixel_count(count);
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
@@ -61,7 +61,7 @@ public:
     /// there are 2^31 - 1 pixels.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
-        if (size() >= detail::max_pixels) detail::refuse_pixel_count();
+        if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
         make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
         for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);

@@ -40,8 +40,8 @@ namespace detail {
 [[noreturn]] inline void refuse_side(side s) {
     raise(error_code::mismatch, "edit_links", "one of four sides", "side " + std::to_string(static_cast<int>(s)));
 }
-[[noreturn]] inline void refuse_pixel(std::int32_t pixel) {
-    raise(error_code::mismatch, "edit_links", "an index of a pixel", std::to_string(pixel));
+[[noreturn]] inline void refuse_pixel(std::int32_t pixel, std::int32_t count) {
+    raise(error_code::mismatch, "edit_links", "a pixel from 0 to " + std::to_string(count - 1), std::to_string(pixel));
 }
 }  // namespace detail
 
@@ -72,7 +72,7 @@ public:
 
 private:
     void check(std::int32_t pixel, side s) const {
-        if (!graph_.exists(pixel)) detail::refuse_pixel(pixel);
+        if (!graph_.exists(pixel)) detail::refuse_pixel(pixel, graph_.count());
         if (!is_side(s)) detail::refuse_side(s);
     }
 

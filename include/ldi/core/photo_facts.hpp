@@ -3,6 +3,7 @@
 
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/surface.hpp>
 
@@ -39,5 +40,22 @@ struct photo_facts {
         return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
     }
 };
+
+namespace detail {
+
+/// Errors that the default tolerances of the mesh allow; hidden surfaces and hems extend farther by this much. The outlines of
+/// two surfaces that separate may each be off by a pixel (mesh/simplify.hpp). Their disparities may be off by two hundredths
+/// (mesh/simplify.hpp, mesh/studs.hpp).
+inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
+
+/// Returns the maximum parallax between disparities 0 and 1, in pixels.
+///
+/// width, height  size of the photo
+/// motion         photo_facts::motion
+inline float max_parallax(std::int32_t width, std::int32_t height, float motion) {
+    return motion * nearest_float((std::max)(width, height));
+}
+
+}  // namespace detail
 
 }}  // namespace ldi

@@ -92,7 +92,8 @@ public:
                   "columns from " + std::to_string(free) + " to " + std::to_string(made_.width_) + ", from left to right",
                   "columns " + std::to_string(first) + " to " + std::to_string(last));
         if (last - first > 0x7FFFFFFF - made_.count())
-            raise(error_code::too_large, "pixel_region_builder", "fewer than 2^31 pixels", "more");
+            raise(error_code::too_large, "pixel_region_builder", "fewer than 2^31 pixels",
+                  std::to_string(std::int64_t{made_.count()} + last - first));
         if (!is_first && free == first)
             made_.runs_.back().last = last;
         else

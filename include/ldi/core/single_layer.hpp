@@ -34,11 +34,12 @@ public:
     /// Raises mismatch unless the pixels are those of one layer in the photo's order.
     explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
         const graph& g = topology();
-        bool in_order = g.size() == g.position_count();
-        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
-        if (!in_order)
+        std::int32_t in_order = 0;
+        while (in_order < g.count() && g.position_of(in_order) == static_cast<std::size_t>(in_order)) ++in_order;
+        if (in_order < g.count() || g.size() != g.position_count())
             raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "other pixels");
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row",
+                  std::to_string(g.size()) + " pixels, of which the first " + std::to_string(in_order) + " are in this order");
     }
 
     const graph& topology() const& { return layers_.topology(); }

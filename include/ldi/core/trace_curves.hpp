@@ -11,10 +11,10 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
-// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each direction in which a discontinuity leaves the
-// corner.
+/// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each direction in which a discontinuity leaves the
+/// corner.
 class corner_map {
 public:
     corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
@@ -62,19 +62,20 @@ private:
     std::size_t side_count_ = 0;
 };
 
-// A traced curve: its sides, and its corners, one more than its sides.
-struct trace {
+/// A traced curve: its sides, and its corners in the same order, one more than its sides.
+struct traced_curve {
     buffer<std::int32_t> corners;
     buffer<discontinuity> sides;
     bool is_closed = false;
 };
 
-class tracer {
+/// Finds the discontinuities of a map, and follows them as curves that end at free ends and at junctions.
+class curve_tracer {
 public:
-    // disparity         width x height values; must outlive the tracer
-    // is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
+    /// disparity         width x height values; must outlive the tracer
+    /// is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
-    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
+    curve_tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
         for (std::int32_t y = 0; y < height; ++y) {
             const std::int32_t start = y * width;
@@ -86,7 +87,7 @@ public:
         }
     }
 
-    // Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    /// Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
     void prune_spurs(std::size_t min_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
@@ -108,7 +109,7 @@ public:
         }
     }
 
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed curves.
+    /// Calls visit(traced_curve) for every curve: first those that start at an end or a junction, then the closed curves.
     template <class Visit>
     void for_each_curve(Visit&& visit) const {
         corner_map left = all_;
@@ -123,15 +124,15 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
+    /// Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
     }
 
 private:
-    // Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
-    // two curves pass each other there, without a junction.
+    /// Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
+    /// two curves pass each other there, without a junction.
     bool ends_curves(std::int32_t corner) const {
         const int degree = all_.degree(corner);
         return degree != 2 && !(degree == 4 && is_checkered(corner));
@@ -141,8 +142,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    // Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
-    // a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
+    /// a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -160,8 +161,8 @@ private:
         return falling ? side::right : side::left;
     }
 
-    trace follow(corner_map& left, std::int32_t corner, side toward) const {
-        trace t;
+    traced_curve follow(corner_map& left, std::int32_t corner, side toward) const {
+        traced_curve t;
         t.corners.push_back(corner);
         while (true) {
             t.sides.push_back(discontinuity_between(corner, toward));
@@ -177,7 +178,7 @@ private:
         }
     }
 
-    // Returns the two pixels that share the pixel side from `corner` to the next corner in direction `toward`.
+    /// Returns the two pixels that share the pixel side from `corner` to the next corner in direction `toward`.
     discontinuity discontinuity_between(std::int32_t corner, side toward) const {
         const bool vertical = toward == side::up || toward == side::down;
         const std::int32_t x = all_.x(corner) - (toward == side::left ? 1 : 0), y = all_.y(corner) - (toward == side::up ? 1 : 0);
@@ -193,4 +194,4 @@ private:
     corner_map all_;
 };
 
-}}}}  // namespace ldi::detail::curves
+}}  // namespace ldi

@@ -141,7 +141,7 @@ private:
     buffer<float> costs_;
 };
 
-inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const corner_map& lattice, float stiffness) {
+inline buffer<std::int32_t> cheapest_cut(const band& b, const traced_curve& t, const corner_map& lattice, float stiffness) {
     band_cut cut(b, stiffness, t.is_closed);
     if (!t.is_closed) {
         if (!lattice.on_border(t.corners.front())) cut.fix(0, 0);
@@ -157,7 +157,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
     return result;
 }
 
-// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `trace::sides`.
+// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `traced_curve::sides`.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -215,7 +215,7 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
 
 // Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
 // third surfaces do not change.
-inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
+inline void change_sides(const traced_curve& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
     const std::size_t width = before.width();
@@ -229,16 +229,16 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
 }
 
 // Traces the curves that may move: those with at least `min_length` sides.
-inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
+inline buffer<traced_curve> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
-    tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+    curve_tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
     curves.prune_spurs(min_length);
-    buffer<trace> result;
-    curves.for_each_curve([&](trace t) {
+    buffer<traced_curve> result;
+    curves.for_each_curve([&](traced_curve t) {
         if (t.sides.size() >= min_length) result.push_back(std::move(t));
     });
     return result;
@@ -274,7 +274,7 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
     if (radius == 0 || photo.empty()) return;
     const image<float> before{image_view<const float>(disparity)};
-    const buffer<trace> traces = long_curves(before, surface, options.min_length);
+    const buffer<traced_curve> traces = long_curves(before, surface, options.min_length);
     buffer<buffer<swept_pixel>> swept(traces.size());
     const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {

@@ -42,7 +42,7 @@ namespace detail {
 /// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if the two look
 /// alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float min_contrast = 40.0F;  // default of mixed_color_options::contrast
+    constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
@@ -106,13 +106,13 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
         const uncertain_rim* rim;
     };
     buffer<rim_pixel> marked;
-    detail::for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
+    for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
         const auto position = static_cast<std::int32_t>(layers.topology().position_of(i));
         const auto rim =
             std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
         if (rim == rims.end() || rim->position != position)
-            raise(error_code::mismatch, "restore_rims", "rims of these layers",
-                  std::to_string(rims.size()) + " rims of other layers");
+            raise(error_code::mismatch, "restore_rims", "a rim for position " + std::to_string(position),
+                  std::to_string(rims.size()) + " rims without it");
         marked.push_back({i, &*rim});
     });
     for (const auto& [pixel, rim] : marked) {

@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -75,7 +76,9 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         constexpr float tolerance = 0.25F;  // pixels; far above the rounding errors of float positions
         if (around.count == 0 || std::abs(seen[0] - x) > tolerance || std::abs(seen[1] - y) > tolerance)
             raise(error_code::mismatch, "gather", "vertices at corners of their pixels, as this camera sees them",
-                  "vertex " + std::to_string(v) + " elsewhere");
+                  "vertex " + std::to_string(v) + " at (" + detail::to_text(seen[0]) + ", " + detail::to_text(seen[1]) +
+                      "), for pixel " + std::to_string(mesh.pixels[v]) + " at (" + std::to_string(g.x()[mesh.pixels[v]]) + ", " +
+                      std::to_string(g.y()[mesh.pixels[v]]) + ")");
         std::array<scalar, 4 * Column::channels> values{};
         for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);

@@ -64,8 +64,13 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
         layout.placements.size() != charts.charts.size() || layout.sizes.empty())
-        raise(error_code::mismatch, "move_to_sheets", "a mesh with one texture, and a layout for its charts",
-              "inputs that don't fit together");
+        raise(error_code::mismatch, "move_to_sheets",
+              "a mesh without parts, a pixel per vertex, and " + std::to_string(charts.charts.size()) +
+                  " charts in the atlas and the layout",
+              std::to_string(mesh.parts.size()) + " parts, " + std::to_string(mesh.vertex_count()) + " vertices, " +
+                  std::to_string(mesh.pixels.size()) + " pixels, " + std::to_string(atlas.placements.size()) +
+                  " charts in the atlas, and " + std::to_string(layout.placements.size()) + " on " +
+                  std::to_string(layout.sizes.size()) + " textures");
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };

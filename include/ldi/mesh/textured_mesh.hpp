@@ -3,6 +3,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -68,9 +69,11 @@ void check_triangles(const Mesh& mesh) {
             raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
                   "vertex " + std::to_string(vertex));
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
-        for (const float value : *values)
+        for (const float& value : *values)
             if (!std::isfinite(value))
-                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
+                raise(error_code::invalid_data, "mesh", "finite coordinates",
+                      to_text(value) + " at index " + std::to_string(&value - values->data()) + " of " +
+                          (values == &mesh.positions ? "positions" : "texture_coordinates"));
 }
 
 }  // namespace detail
@@ -90,7 +93,9 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
         if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
             (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
             raise(error_code::invalid_data, "mesh", "parts one after the other, from the first vertex to the last",
-                  "part " + std::to_string(t));
+                  "part " + std::to_string(t) + " from vertex " + std::to_string(first.first_vertex) + " to " +
+                      std::to_string(last.first_vertex) + " and from triangle " + std::to_string(first.first_triangle) + " to " +
+                      std::to_string(last.first_triangle));
         for (std::size_t i = 3 * first.first_triangle; i < 3 * last.first_triangle; ++i)
             if (mesh.triangles[i] < first.first_vertex || mesh.triangles[i] >= last.first_vertex)
                 raise(error_code::invalid_data, "mesh", "triangles of their part's vertices",

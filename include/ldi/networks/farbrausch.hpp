@@ -186,7 +186,7 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
     const buffer<float> values = colors(layers, wanted, progress, threads);
     const auto color = layers.template column<color_column>();
     std::size_t next = 0;
-    detail::for_each_unknown(known, [&](std::int32_t i) {
+    for_each_unknown(known, [&](std::int32_t i) {
         for (std::size_t c = 0; c < output_channels; ++c)
             color[3 * static_cast<std::size_t>(i) + c] = detail::rounded_to_byte(255.0F * values[next++]);
     });

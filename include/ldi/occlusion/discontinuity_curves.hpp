@@ -23,6 +23,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -71,7 +72,7 @@ struct discontinuity_curve {
 namespace detail::curves {
 
 // For every curve, counts the sides of all curves connected to it through junctions.
-inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
+inline buffer<std::size_t> group_lengths(const buffer<traced_curve>& traces) {
     buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and a curve that ends there
     for (std::int32_t i = 0; i < traces.count(); ++i)
         if (!traces[i].is_closed) ends.emplace_back(traces[i].corners.front(), i), ends.emplace_back(traces[i].corners.back(), i);
@@ -87,10 +88,10 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 // Returns the smallest length, at least `min_length`, for which all curves of at least this length have at most `max_sides` sides
 // together; 0 if all curves fit.
-inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides, std::size_t min_length) {
+inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max_sides, std::size_t min_length) {
     if (tracer.corners().side_count() <= max_sides) return 0;
     buffer<std::size_t> sides;  // per length of a curve: sides of all such curves
-    tracer.for_each_curve([&](const trace& t) {
+    tracer.for_each_curve([&](const traced_curve& t) {
         if (t.sides.size() >= sides.size()) sides.resize(t.sides.size() + 1);
         sides[t.sides.size()] += t.sides.size();
     });
@@ -107,7 +108,12 @@ namespace detail {
 /// one, and constraints start inside the lattice and have directions.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
                          const char* where) {
-    const auto fail = [where] { raise(error_code::mismatch, where, "curves of this layer", "curves of another one"); };
+    const auto refuse = [&](const discontinuity_curve& c, const std::string& found) {
+        raise(error_code::mismatch, where,
+              "curves that follow the missing links of a layer of " + std::to_string(g.width()) + " x " +
+                  std::to_string(g.height()),
+              "curve " + std::to_string(&c - curves.data()) + " with " + found);
+    };
     const float width = nearest_float(g.width()), height = nearest_float(g.height());
     const auto is_direction = [](float x, float y) {
         const float length = vector_length(x, y);
@@ -119,12 +125,12 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
             if (!is_inside || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
                 g.y()[d.back] + step_y(d.toward_front) != g.y()[d.front] || g.neighbor(d.back, d.toward_front) != no_pixel ||
                 disparity[d.front] < disparity[d.back])
-                fail();
+                refuse(c, "a side between pixels " + std::to_string(d.back) + " and " + std::to_string(d.front));
         }
         for (const growth_constraint& e : c.constraints)
             if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height && is_direction(e.outward_x, e.outward_y) &&
                   is_direction(e.perpendicular_x, e.perpendicular_y)))
-                fail();
+                refuse(c, "a constraint at (" + to_text(e.x) + ", " + to_text(e.y) + ")");
     }
 }
 
@@ -150,10 +156,10 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();
-    detail::curves::tracer tracer(g.width(), g.height(), disparity.data(), surface,
-                                  [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
+    curve_tracer tracer(g.width(), g.height(), disparity.data(), surface,
+                        [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
     tracer.prune_spurs(options.min_length);
-    const detail::curves::corner_map& corners = tracer.corners();
+    const corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
         if (options.constraints == constrained_ends::none || corners.on_border(corner)) return false;
@@ -163,7 +169,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !surface.same_surface(disparity[last.back], farthest);
     };
-    const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
+    const auto constraint_at = [&](const traced_curve& t, bool at_start) {
         const std::size_t length = (std::min)(options.tangent_length, t.sides.size());
         const std::size_t last = t.corners.size() - 1;
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
@@ -184,16 +190,16 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const std::size_t max_sides = (std::min)(
         options.max_sides, static_cast<std::size_t>(options.max_density * detail::nearest_float(layer.topology().size())));
     const std::size_t shortest = detail::curves::min_length_within(tracer, max_sides, options.min_length);
-    buffer<detail::curves::trace> traces;
+    buffer<traced_curve> traces;
     std::size_t kept = 0;
-    tracer.for_each_curve([&](detail::curves::trace t) {
+    tracer.for_each_curve([&](traced_curve t) {
         if (t.sides.size() >= shortest) kept += t.sides.size(), traces.push_back(std::move(t));
     });
     if (dropped_sides != nullptr) *dropped_sides = corners.side_count() - kept;
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
         if (lengths[i] < options.min_length) continue;
-        detail::curves::trace& t = traces[i];
+        traced_curve& t = traces[i];
         discontinuity_curve curve;
         curve.is_closed = t.is_closed;
         if (!t.is_closed) {

@@ -43,17 +43,13 @@ enum class photo_frame : std::uint8_t {
 /// camera  camera that took the photo
 /// motion  photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline may be off by a pixel, and
-    // disparities by a few hundredths.
-    constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
-    const float width = detail::nearest_float(camera.width);
-    const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
+    const float parallax = detail::max_parallax(camera.width, camera.height, motion);
     // In a stereo pair, the window is at the nearest surface, and each eye's view shifts by at most a sixtieth of the width
     // (render/stereo.hpp).
-    const float eye = (std::min)(0.5F * pixels_per_disparity, width / 60.0F);
+    const float eye = (std::min)(0.5F * parallax, detail::nearest_float(camera.width) / 60.0F);
     const float d = std::clamp(disparity, 0.0F, 1.0F);
-    return (std::max)(std::abs(d - window_disparity) * pixels_per_disparity, (1.0F - d) * eye) + mesh_pixels +
-           mesh_disparity * pixels_per_disparity;
+    return (std::max)(std::abs(d - window_disparity) * parallax, (1.0F - d) * eye) + detail::mesh_pixels +
+           detail::mesh_disparity * parallax;
 }
 
 namespace detail {

@@ -102,7 +102,7 @@ inline float reach_within_motion(const std::array<float, 3>& direction, const pi
                                  float motion, float max_reach) {
     const auto [x, y, z] =
         within_motion({max_reach * direction[0], max_reach * direction[1], max_reach * direction[2]}, camera, range, motion);
-    return std::hypot(x, y, z);
+    return vector_length(vector_length(x, y), z);
 }
 
 /// Evaluates at `t` the cubic over [0, 1] with the given ends and slopes (Hermite).

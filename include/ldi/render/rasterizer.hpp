@@ -62,20 +62,18 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
     check_mesh(mesh, textures.size());
     for (const image<std::uint8_t>& texture : textures) {
         if (texture.channels() == 3 && texture.size() > 0) continue;
-        raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
-              std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
-                  std::to_string(texture.channels()));
+        raise(error_code::mismatch, "texture", "3 channels and at least one pixel", shape_text(texture));
     }
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", detail::to_text(options.z_near));
+    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
         raise(error_code::invalid_option, "view", "a size and a focal length above 0",
-              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + detail::to_text(camera.focal_length));
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + to_text(camera.focal_length));
     const std::int32_t limit = 524288 / options.samples;
     if (camera.width > limit || camera.height > limit)
         raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
@@ -83,9 +81,8 @@ inline void check_raster_options(const view& from, const raster_options& options
     const image_view<const std::uint8_t>& backdrop = options.backdrop;
     if (!backdrop.empty() && (backdrop.width() != static_cast<std::size_t>(camera.width) ||
                               backdrop.height() != static_cast<std::size_t>(camera.height) || backdrop.channels() != 3))
-        raise(error_code::mismatch, "backdrop", "the view's size and 3 channels",
-              std::to_string(backdrop.height()) + " x " + std::to_string(backdrop.width()) + " x " +
-                  std::to_string(backdrop.channels()));
+        raise(error_code::mismatch, "backdrop", std::to_string(camera.height) + " x " + std::to_string(camera.width) + " x 3",
+              shape_text(backdrop));
 }
 
 /// Samples a texture.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/core/diffusion.hpp>
@@ -14,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -61,6 +63,8 @@ public:
     ///
     /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
     ///       from every side. Colors of texels that remain empty do not change
+    ///
+    /// Raises mismatch if two pixels of the chart have the same position.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -96,9 +100,20 @@ private:
 
     void draw_own(const chart& c, chart_placement placement) {
         for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            unsigned taken = 0;  // without branches, so that the compiler can vectorize the loop
+            for (std::ptrdiff_t t = texel; t < texel + count; ++t) taken |= static_cast<unsigned>(kind_[t] != texel_kind::empty);
+            if (taken != 0) refuse_overlap(pixel, texel);
             std::copy_n(kind_of_ + pixel, count, kind_ + texel);
             std::copy_n(colors_ + 3 * std::ptrdiff_t{pixel}, 3 * count, color_ + 3 * texel);
         });
+    }
+
+    /// Raises mismatch for the first of a run of pixels whose texel belongs to an earlier pixel.
+    [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
+        for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
+        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
+              "a chart with pixel " + std::to_string(pixel) + " and an earlier one at (" + std::to_string(graph_.x()[pixel]) +
+                  ", " + std::to_string(graph_.y()[pixel]) + ")");
     }
 
     void copy_color(std::ptrdiff_t texel, std::int32_t pixel) {

@@ -142,7 +142,14 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
         atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
         !is_of(worked_on, layout.down.layers, layout.across.layers))
-        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures of this layout", "other inputs");
+        raise(error_code::mismatch, "draw_sheet",
+              "a sheet above 0 and below " + std::to_string(layout.sizes.size()) + ", " +
+                  std::to_string(layout.placements.size()) + " charts and placements, a photo of " +
+                  std::to_string(layout.down.photo) + " x " + std::to_string(layout.across.photo) + " x 3 and one of " +
+                  std::to_string(layout.down.layers) + " x " + std::to_string(layout.across.layers) + " x 3",
+              "sheet " + std::to_string(sheet) + ", " + std::to_string(charts.charts.size()) + " charts, " +
+                  std::to_string(atlas.placements.size()) + " placements, " + detail::shape_text(photo) + " and " +
+                  detail::shape_text(worked_on));
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {

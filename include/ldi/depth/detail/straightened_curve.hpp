@@ -30,7 +30,7 @@ struct plane_curve {
 // Computes the points and directions of a traced curve.
 //
 // reach  number of corners on either side to average
-inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
+inline plane_curve make_plane_curve(const traced_curve& t, const corner_map& lattice, std::int32_t reach) {
     const std::int32_t count = t.corners.count(), period = count - 1;  // the last corner of a closed curve equals its first
     plane_curve result;
     for (std::int32_t corner : t.corners)
@@ -112,7 +112,7 @@ class band {
 public:
     // radius  number of uncertain pixels on each side of the curve; beyond them, up to `radius` more pixels on each side supply
     //         the color models of front and back
-    band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
+    band(const plane_curve& curve, const traced_curve& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
         rows_.resize(curve.corners.size());

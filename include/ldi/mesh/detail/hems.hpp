@@ -11,7 +11,9 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/mesh/detail/outline_normals.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
+#include <ldi/texture/padding.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +40,7 @@ public:
     hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
                const photo_facts& facts)
         : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
-        parallax_ = facts.motion * nearest_float((std::max)(facts.camera.width, facts.camera.height));
+        parallax_ = max_parallax(facts.camera.width, facts.camera.height, facts.motion);
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
     }
 
@@ -55,24 +57,22 @@ public:
     }
 
 private:
-    /// Margin in pixels for the outlines of both surfaces, each of which may be off by a pixel (mesh/simplify.hpp).
-    static constexpr float mesh_pixels = 2.0F;
     /// Maximum distance in disparity of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees
     /// past a hem if the parallax of this distance exceeds the hem's width, so narrow hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
-    /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
-    static constexpr float max_width = 4.0F;
+    /// Maximum width in pixels. The texture of a hem is the chart's padding in the atlas, so a hem is no wider than the default
+    /// padding.
+    static constexpr float max_width = static_cast<float>(padding_options{}.filter_padding);
+    static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
+                  mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
     /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
 
-    struct vector {
-        float x = 0, y = 0;
-    };
     struct end {
         std::int32_t corner;  // index in flat_mesh::open_corners
         float disparity;
-        vector from, outward;  // start of the hem, and unit vector out of the chart
+        plane_vector from, outward;  // start of the hem, and unit vector out of the chart
     };
     struct hidden_pixel {
         std::int64_t position;
@@ -90,31 +90,25 @@ private:
         return inside ? std::int64_t{y} * graph_.width() + x : -1;
     }
 
-    /// Returns the direction from one corner to the next.
-    vector direction(std::int32_t i) const {
-        const float dx = nearest_float(corner(i + 1).x - corner(i).x), dy = nearest_float(corner(i + 1).y - corner(i).y);
-        const float length = vector_length(dx, dy);
-        return length > 0 ? vector{dx / length, dy / length} : vector{};
-    }
-
     /// Appends the corners of a piece at which a hidden surface ends.
     void find_ends(std::int32_t piece) {
         const std::int32_t first = flat_.first_open_corner[piece], last = flat_.first_open_corner[piece + 1] - 1;
         if (last <= first) return;
         const bool is_closed = flat_.open_corners[first] == flat_.open_corners[last];
+        const auto normal_after = [&](std::int32_t i) { return outward_normal(corner(i), corner(i + 1)); };
         for (std::int32_t i = first; i <= last; ++i) {
-            const vector after = direction(i < last ? i : is_closed ? first : last - 1);
-            const vector before = direction(i > first ? i - 1 : is_closed ? last - 1 : first);
-            vector along{before.x + after.x, before.y + after.y};
-            if (vector_length(along.x, along.y) < 0.5F) along = before;  // a spike: its edges run in almost opposite directions
-            const float length = vector_length(along.x, along.y);
+            const plane_vector after = normal_after(i < last ? i : is_closed ? first : last - 1);
+            const plane_vector before = normal_after(i > first ? i - 1 : is_closed ? last - 1 : first);
+            plane_vector normal = before + after;
+            if (normal.length() < 0.5F) normal = before;  // a spike: its edges run in almost opposite directions
+            const float length = normal.length();
             if (!(length > 0)) continue;
             // Several surfaces may share the ends of an open piece; half a pixel along the edge, there is only one.
             const float step = is_closed || (i > first && i < last) ? 0.0F : i == first ? 0.5F : -0.5F;
-            const vector from{nearest_float(corner(i).x) + step * along.x / length,
-                              nearest_float(corner(i).y) + step * along.y / length};
+            const plane_vector from{nearest_float(corner(i).x) - step * normal.y / length,
+                                    nearest_float(corner(i).y) + step * normal.x / length};
             const float disparity = corner(step > 0 ? first + 1 : step < 0 ? last - 1 : i).disparity;
-            const end e{i, disparity, from, {along.y / length, -along.x / length}};  // the chart lies to the right
+            const end e{i, disparity, from, normal / length};
             if (is_hidden(e)) ends_.push_back(e);
         }
     }
@@ -200,7 +194,7 @@ private:
     array_view<const float> disparity_;
     const image<float>& visible_;
     float max_step_;
-    float parallax_ = 0;  // parallax in pixels of a disparity of 1
+    float parallax_ = 0;  // maximum parallax in pixels of a disparity of 1
     float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
     buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position

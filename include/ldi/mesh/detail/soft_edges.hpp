@@ -10,6 +10,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/mesh/detail/outline_normals.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
@@ -79,9 +80,6 @@ private:
         float disparity;
         std::uint32_t a, b, outer_a, outer_b;
     };
-    struct vector {
-        float x = 0, y = 0;
-    };
     /// Opacity at the edge of the mesh, where the surface covers half of a pixel. Higher values thicken outlines: on the views
     /// of bench/quality, 255 costs 0.8 dB within two pixels of the outlines.
     static constexpr std::uint8_t opacity_at_edge = 128;
@@ -119,13 +117,13 @@ private:
         float step_before = corners_.empty() ? 0.0F : step_at(corner(0));
         for (std::int32_t i = 0; i < edge_count(); ++i) {
             const outline_corner &a = corner(i), &b = corner(i + 1);
-            const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = vector_length(dx, dy);
+            const bool has_length = a.x != b.x || a.y != b.y;
             const bool on_border =
                 (a.x == b.x && (a.x == 0 || a.x == camera_.width)) || (a.y == b.y && (a.y == 0 || a.y == camera_.height));
             const float step_after = step_at(b);
-            const bool has_step = length > 0 && !on_border && step_before > 0 && step_after > 0;
+            const bool has_step = has_length && !on_border && step_before > 0 && step_after > 0;
             steps_.push_back(has_step ? 0.5F * (step_before + step_after) : 0.0F);
-            normals_.push_back(length > 0 ? vector{dy / length, -dx / length} : vector{});  // the chart lies to the right
+            normals_.push_back(outward_normal(a, b));
             step_before = step_after;
         }
     }
@@ -134,7 +132,7 @@ private:
 
     /// Integrates the matte outward from the edge. Beyond the edge, the matte is the foreground's share in the colors of the
     /// background.
-    float matte_beyond(const outline_corner& c, vector normal) const {
+    float matte_beyond(const outline_corner& c, plane_vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
@@ -148,15 +146,15 @@ private:
 
     /// Computes the offset from each corner of the edge to the outer end of the strip.
     void find_rims() {
-        rims_.assign(corners_.size(), vector{});
+        rims_.assign(corners_.size(), plane_vector{});
         const std::int32_t last = edge_count();
         for (std::int32_t i = 0; i < corners_.count(); ++i) {
             const std::int32_t before = i > 0 ? i - 1 : is_closed_ ? last - 1 : -1, after = i < last ? i : is_closed_ ? 0 : -1;
             if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
-            const vector sum{normals_[before].x + normals_[after].x, normals_[before].y + normals_[after].y};
+            const plane_vector sum = normals_[before] + normals_[after];
             const float squared = sum.x * sum.x + sum.y * sum.y;
             if (squared < 0.5F) continue;  // the edges form a spike
-            const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
+            const plane_vector normal = sum / std::sqrt(squared);
             // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
@@ -185,7 +183,7 @@ private:
         return vertices_[i];
     }
 
-    std::uint32_t add_vertex(const outline_corner& c, vector offset, std::uint8_t opacity) {
+    std::uint32_t add_vertex(const outline_corner& c, plane_vector offset, std::uint8_t opacity) {
         const float x = nearest_float(c.x) + offset.x, y = nearest_float(c.y) + offset.y;
         const std::array<float, 3> point = camera_.unproject(x, y, range_.depth(std::clamp(c.disparity, 0.0F, 1.0F)));
         strip_.positions.append(point.begin(), point.end());
@@ -207,8 +205,8 @@ private:
     float min_step_ = 0;
     buffer<std::int32_t> corners_;  // corners of the piece
     buffer<float> steps_;           // per edge: step in disparity to the surface behind it; 0 if hard
-    buffer<vector> normals_;        // outward normals of its edges
-    buffer<vector> rims_;           // per corner: offset to the outer end of the strip
+    buffer<plane_vector> normals_;  // outward normals of its edges
+    buffer<plane_vector> rims_;     // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
     soft_edge_strip strip_;

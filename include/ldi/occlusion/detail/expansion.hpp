@@ -6,6 +6,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/occlusion/detail/hidden_pixels.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
@@ -32,10 +33,10 @@ public:
           curves_(curves),
           merges_curves_(merges_curves),
           reach_(disparity.size(), 0.0F) {
-        pixels_per_disparity_ = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity_;
+        parallax_ = max_parallax(pixels_.width(), pixels_.height(), motion);
+        const float margin = half_pixels + mesh_pixels + mesh_disparity * parallax_;
         const auto raise_reach = [&](std::int32_t back, float step) {
-            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity_ + margin);
+            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * parallax_ + margin);
         };
         for (const discontinuity_curve& curve : curves) {
             const std::int32_t last = curve.sides.count() - 1;
@@ -101,9 +102,6 @@ private:
     // Growth is measured from the center of a pixel at the silhouette to the far edge of the last pixel that is at least partly
     // uncovered. It therefore exceeds the parallax by up to three half pixels.
     static constexpr float half_pixels = 1.5F;
-    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
-    // disparities on either side by a few hundredths.
-    static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
     // Distance along a curve, in pixel sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
@@ -209,7 +207,7 @@ private:
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
         const float receded = pixels_.disparity(origin) - disparity;
-        return reach_[origin] + receded * pixels_per_disparity_ - std::sqrt(dx * dx + dy * dy);
+        return reach_[origin] + receded * parallax_ - std::sqrt(dx * dx + dy * dy);
     }
 
     // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
@@ -276,7 +274,7 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    float pixels_per_disparity_ = 0.0F;    // parallax in pixels of a disparity of 1
+    float parallax_ = 0.0F;                // maximum parallax in pixels of a disparity of 1
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it

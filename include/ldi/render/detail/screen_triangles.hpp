@@ -36,14 +36,6 @@ inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
-/// Makes a triangle clockwise. Returns false if it is not drawn, because it has no area, or shows its back without
-/// `both_sides`.
-inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
-    const std::int64_t area = signed_area(t);
-    if (area < 0) std::swap(t[1], t[2]);
-    return area > 0 || (area < 0 && both_sides);
-}
-
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 
 /// Calls span(y, first_x, last_x) for every row in [first_row, last_row) in which the triangle covers the samples [first_x,

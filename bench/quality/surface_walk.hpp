@@ -3,19 +3,20 @@
 // assign a sample to the same triangle.
 #pragma once
 
+#include "pixel_squares.hpp"
+
 #include <ldi/core/graph.hpp>
-#include <ldi/render/detail/pixel_squares.hpp>
 #include <ldi/render/detail/screen_triangles.hpp>
 
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi_quality {
 
 /// One of the four triangles of a pixel, identified by the side that it touches.
 struct surface_triangle {
-    std::int32_t pixel = no_pixel;
-    side outer = side::up;
+    std::int32_t pixel = ldi::no_pixel;
+    ldi::side outer = ldi::side::up;
 
     bool operator==(const surface_triangle&) const = default;
 };
@@ -36,12 +37,12 @@ inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t 
 
 class surface_walk {
 public:
-    surface_walk(const graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
+    surface_walk(const ldi::graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
 
     /// Follows the surface from triangle `from`, which contains sample (x, y), to the next sample on the right or below. Returns
     /// the triangle there, or no pixel if the surface ends or folds back first.
-    surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
-        const bool to_right = direction == side::right;
+    surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, ldi::side direction) const {
+        const bool to_right = direction == ldi::side::right;
         const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
         // The edge rule is equivalent to moving each sample right by e and down by e^2, for an infinitesimal e > 0. The line
         // through the samples moves in the same way: it meets no corner, and corners exactly on it count as before it.
@@ -63,7 +64,7 @@ public:
                 if (holds_sample(clockwise, target_x, target_y)) return from;
             }
             const std::size_t entered = cross(from, exit);
-            if (from.pixel == no_pixel || !squares_.is_drawn(from.pixel)) return {};
+            if (from.pixel == ldi::no_pixel || !squares_.is_drawn(from.pixel)) return {};
             t = squares_.triangle(from.pixel, from.outer);
             for (std::size_t e = 0; e < 3; ++e)
                 if (e != entered && before_line(t[e]) != before_line(t[(e + 1) % 3])) exit = e;
@@ -75,7 +76,7 @@ private:
     /// 2 run from the pixel's center to a corner; edge 1 is the pixel's side.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
-            from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
+            from = {graph_.neighbor(from.pixel, from.outer), ldi::opposite(from.outer)};
             return 1;
         }
         const int turn = edge == 0 ? 3 : 1;
@@ -83,8 +84,8 @@ private:
         return edge == 0 ? 2 : 0;
     }
 
-    graph_view graph_;
+    ldi::graph_view graph_;
     const pixel_squares& squares_;
 };
 
-}}}  // namespace ldi::detail
+}  // namespace ldi_quality

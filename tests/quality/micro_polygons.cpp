@@ -1,4 +1,4 @@
-#include <ldi/render/micro_polygons.hpp>
+#include <bench/quality/micro_polygons.hpp>
 
 #include <ldi/occlusion/lift.hpp>
 #include <tests/support/lifted_scene.hpp>
@@ -10,17 +10,18 @@
 #include <cstdint>
 #include <random>
 
-using namespace ldi;
-using testing::own_view, testing::scene_range;
-
 namespace {
+
+using namespace ldi;
+using namespace ldi_quality;
+using testing::own_view, testing::scene_range;
 
 void color_at_random(photo_layers& layers, std::mt19937& random) {
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
 }
 
 /// A plane at disparity 1 left of column `edge`, and one at 0 right of it.
-photo_layers step(std::size_t rows, std::size_t columns, std::size_t edge, float threshold) {
+photo_layers step_at(std::size_t rows, std::size_t columns, std::size_t edge, float threshold) {
     image<float> disparity(rows, columns);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) disparity(y, x, 0) = x < edge ? 1.0F : 0.0F;
@@ -29,7 +30,7 @@ photo_layers step(std::size_t rows, std::size_t columns, std::size_t edge, float
         .layers;
 }
 
-std::size_t uncovered(const rendering& picture) {
+std::size_t holes_in(const rendering& picture) {
     return static_cast<std::size_t>(std::count(picture.coverage.begin(), picture.coverage.end(), std::uint8_t{0}));
 }
 
@@ -44,7 +45,7 @@ TEST_CASE("drawn from its own viewpoint, a layered image shows its first layer u
         color_at_random(layers, random);
         const view v = own_view(layers.topology());
         const rendering picture = render_layers(layers, scene_range, v, v);
-        REQUIRE(uncovered(picture) == 0);
+        REQUIRE(holes_in(picture) == 0);
         REQUIRE(std::equal(picture.color.begin(), picture.color.end(), layers.column<color_column>().begin()));
         for (std::size_t i = 0; i < disparity.size(); ++i)
             REQUIRE(picture.depth.data()[i] == Approx(scene_range.depth(disparity.data()[i])).epsilon(1e-5));
@@ -52,17 +53,17 @@ TEST_CASE("drawn from its own viewpoint, a layered image shows its first layer u
 }
 
 TEST_CASE("linked pixels leave no hole, and unlinked ones separate by their difference in parallax") {
-    const photo_layers torn = step(20, 60, 30, 0.05F), linked = step(20, 60, 30, 1.0F);
+    const photo_layers torn = step_at(20, 60, 30, 0.05F), linked = step_at(20, 60, 30, 1.0F);
     const view v = own_view(torn.topology());
     // The near plane moves 10 pixels left, the far one 2: a gap of 8 columns opens between them, and one of 2 at the far plane's
     // border.
     const view moved = moved_view(v.camera, scene_range, 1, -10);
-    CHECK(uncovered(render_layers(torn, scene_range, v, moved)) == 20 * (8 + 2));
-    CHECK(uncovered(render_layers(linked, scene_range, v, moved)) == 20 * 2);
+    CHECK(holes_in(render_layers(torn, scene_range, v, moved)) == 20 * (8 + 2));
+    CHECK(holes_in(render_layers(linked, scene_range, v, moved)) == 20 * 2);
 }
 
 TEST_CASE("colors are interpolated only between linked known pixels") {
-    photo_layers layers = step(1, 2, 2, 0.05F);
+    photo_layers layers = step_at(1, 2, 2, 0.05F);
     layers.set_column<color_column>({0, 0, 0, 200, 200, 200});
     const view v = own_view(layers.topology());
     view close = v;
@@ -75,7 +76,7 @@ TEST_CASE("colors are interpolated only between linked known pixels") {
     layers.edit_links([](link_editor& links) { links.unlink(0, side::right); });
     const rendering torn = render_layers(layers, scene_range, v, close);
     for (std::size_t x = 0; x < 64; ++x) CHECK(torn.color(16, x, 0) == (x < 32 ? 0 : 200));
-    photo_layers unknown = step(1, 2, 2, 0.05F);
+    photo_layers unknown = step_at(1, 2, 2, 0.05F);
     unknown.set_column<color_column>({0, 0, 0, 200, 200, 200});
     unknown.set_column<known_column>({1, 0});
     CHECK((render_layers(unknown, scene_range, v, close).color == torn.color));
@@ -98,14 +99,14 @@ TEST_CASE("render_layers() gives the same picture on any number of threads") {
 }
 
 TEST_CASE("pixels behind the camera are not drawn, and mismatched views and invalid disparities are refused") {
-    const photo_layers layers = step(4, 6, 3, 0.05F);
+    const photo_layers layers = step_at(4, 6, 3, 0.05F);
     const view v = own_view(layers.topology());
     view behind = v;
     behind.position = {0, 0, -20};
-    CHECK(uncovered(render_layers(layers, scene_range, v, behind)) == 24);
+    CHECK(holes_in(render_layers(layers, scene_range, v, behind)) == 24);
     view between = v;
     between.position = {0, 0, -2};
-    CHECK(uncovered(render_layers(layers, scene_range, v, between)) > 0);  // only the far plane is in front
+    CHECK(holes_in(render_layers(layers, scene_range, v, between)) > 0);  // only the far plane is in front
     const auto code_of = [&](const photo_layers& l, const view& taken_from) {
         try {
             render_layers(l, scene_range, taken_from, v);

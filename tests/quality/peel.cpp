@@ -1,8 +1,8 @@
-#include <ldi/render/peel.hpp>
+#include <bench/quality/micro_polygons.hpp>
+#include <bench/quality/peel.hpp>
 
 #include <ldi/core/components.hpp>
 #include <ldi/core/validate.hpp>
-#include <ldi/render/micro_polygons.hpp>
 #include <tests/support/lifted_scene.hpp>
 #include <tests/support/random_graph.hpp>
 #include <tests/support/scene_view.hpp>
@@ -14,10 +14,11 @@
 #include <random>
 #include <vector>
 
-using namespace ldi;
-using testing::own_view, testing::scene_range;
-
 namespace {
+
+using namespace ldi;
+using namespace ldi_quality;
+using testing::own_view, testing::scene_range;
 
 /// A slightly rotated and moved view, with the photo still in front of it.
 view random_view(const view& from, std::mt19937& random) {

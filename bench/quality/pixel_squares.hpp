@@ -20,27 +20,41 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi_quality {
+
+using ldi::detail::guard_band, ldi::detail::nearest_double, ldi::detail::rounded_mean, ldi::detail::screen_triangle,
+    ldi::detail::screen_vertex, ldi::detail::signed_area, ldi::detail::subsample_steps;
+
+/// Makes a triangle clockwise. Returns false if it is not drawn, because it has no area, or shows its back without
+/// `both_sides`.
+inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
+    const std::int64_t area = signed_area(t);
+    if (area < 0) std::swap(t[1], t[2]);
+    return area > 0 || (area < 0 && both_sides);
+}
 
 /// Corners of a pixel, clockwise from the top left. Side i runs from corner i to the next corner.
 inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-inline constexpr side clockwise_sides[4] = {side::up, side::right, side::down, side::left};
+inline constexpr ldi::side clockwise_sides[4] = {ldi::side::up, ldi::side::right, ldi::side::down, ldi::side::left};
 
-constexpr int clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
+constexpr int clockwise_index(ldi::side s) {
+    return s == ldi::side::up ? 0 : s == ldi::side::right ? 1 : s == ldi::side::down ? 2 : 3;
+}
 
 class pixel_squares {
 public:
-    template <has_columns<disparity_column> Layers>
-    pixel_squares(const Layers& layers, const depth_range& range, const view& taken_from, const view& from, std::int32_t samples,
-                  float z_near)
+    template <ldi::has_columns<ldi::disparity_column> Layers>
+    pixel_squares(const Layers& layers, const ldi::depth_range& range, const ldi::view& taken_from, const ldi::view& from,
+                  std::int32_t samples, float z_near)
         : graph_(layers.topology()) {
         if (taken_from.camera.width != graph_.width() || taken_from.camera.height != graph_.height())
-            raise(error_code::mismatch, "camera of a layered image",
-                  std::to_string(graph_.width()) + " x " + std::to_string(graph_.height()),
-                  std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
+            ldi::raise(ldi::error_code::mismatch, "camera of a layered image",
+                       std::to_string(graph_.width()) + " x " + std::to_string(graph_.height()),
+                       std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
+        place(layers.template column<ldi::disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
     /// Returns false if a vertex of the pixel is nearer than z_near, or too far outside the picture to be projected safely.
@@ -55,7 +69,7 @@ public:
 
     /// Returns the triangle of the pixel's center and the two corners of a side, clockwise as seen in the layered image.
     /// Texture coordinates run from 0 to 1 over the pixel.
-    screen_triangle triangle(std::int32_t pixel, side s) const {
+    screen_triangle triangle(std::int32_t pixel, ldi::side s) const {
         const int first = clockwise_index(s), second = (first + 1) % 4;
         screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
         t[0].u = t[0].v = 0.5;
@@ -77,14 +91,14 @@ private:
     /// Merges the corners of linked pixels at both ends of their common side.
     void share_corners() {
         const std::int32_t count = graph_.count();
-        disjoint_sets sets(4 * graph_.size());
+        ldi::disjoint_sets sets(4 * graph_.size());
         for (std::int32_t i = 0; i < count; ++i) {
             const std::int32_t here = 4 * i, right = graph_.right()[i], down = graph_.down()[i];
-            if (right != no_pixel) {
+            if (right != ldi::no_pixel) {
                 sets.merge(here + 1, 4 * right);
                 sets.merge(here + 2, 4 * right + 3);
             }
-            if (down != no_pixel) {
+            if (down != ldi::no_pixel) {
                 sets.merge(here + 3, 4 * down);
                 sets.merge(here + 2, 4 * down + 1);
             }
@@ -96,24 +110,24 @@ private:
 
     /// Places each corner at the mean disparity of the pixels that share it.
     template <class Project>
-    void place(array_view<const float> disparity, const depth_range& distances, const Project& project) {
+    void place(ldi::array_view<const float> disparity, const ldi::depth_range& distances, const Project& project) {
         const std::int32_t count = graph_.count();
-        buffer<double> sum(vertices_.size() - graph_.size(), 0.0), members(sum.size(), 0.0);
+        ldi::buffer<double> sum(vertices_.size() - graph_.size(), 0.0), members(sum.size(), 0.0);
         for (std::int32_t i = 0; i < count; ++i)
             for (int c = 0; c < 4; ++c) {
                 sum[corner(i, c) - count] += disparity[i];
                 members[corner(i, c) - count] += 1;
             }
         const double first = 1.0 / distances.z_near, last = 1.0 / distances.z_far;
-        buffer<std::uint8_t> safe(vertices_.size(), 0);
+        ldi::buffer<std::uint8_t> safe(vertices_.size(), 0);
         const auto put = [&](std::int32_t vertex, double x, double y, double d) {
             const double inverse_depth = last + d * (first - last);
             if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
-                raise(error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
-                      std::to_string(d));
+                ldi::raise(ldi::error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
+                           std::to_string(d));
             safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
         };
-        buffer<std::uint8_t> is_placed(sum.size(), 0);
+        ldi::buffer<std::uint8_t> is_placed(sum.size(), 0);
         drawn_.resize(graph_.size());
         for (std::int32_t i = 0; i < count; ++i) {
             put(i, graph_.x()[i] + 0.5, graph_.y()[i] + 0.5, disparity[i]);
@@ -132,7 +146,7 @@ private:
     /// Projects a pixel position with depth from one view to the screen of another.
     class relative_projection {
     public:
-        relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
+        relative_projection(const ldi::view& taken_from, const ldi::view& from, std::int32_t samples, float z_near)
             : z_near_(z_near),
               source_focal_(taken_from.camera.focal_length),
               source_x_(taken_from.axis_x()),
@@ -172,31 +186,31 @@ private:
         std::array<double, 9> rotation_{};
     };
 
-    graph_view graph_;
-    buffer<std::int32_t> corner_of_;  // vertices of each pixel's corners, clockwise from the top left
-    buffer<screen_vertex> vertices_;  // centers of the pixels, then the corners
-    buffer<std::uint8_t> drawn_;      // one per pixel
+    ldi::graph_view graph_;
+    ldi::buffer<std::int32_t> corner_of_;  // vertices of each pixel's corners, clockwise from the top left
+    ldi::buffer<screen_vertex> vertices_;  // centers of the pixels, then the corners
+    ldi::buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
 /// Returns the color at (u, v) within a pixel; (0, 0) is its top left corner, and (1, 1) its bottom right corner. Interpolates
 /// bilinearly between the centers of the pixels that are linked around the nearest corner. If `pixel` is known, only known
 /// pixels count; otherwise, only unknown ones.
-template <has_columns<color_column, known_column> Layers>
+template <ldi::has_columns<ldi::color_column, ldi::known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const auto& g = layers.topology();
-    const auto known = layers.template column<known_column>();
-    const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
+    const auto known = layers.template column<ldi::known_column>();
+    const ldi::side across = u < 0.5 ? ldi::side::left : ldi::side::right, along = v < 0.5 ? ldi::side::up : ldi::side::down;
     const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
     const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
-    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbor(from, s); };
+    const auto step = [&](std::int32_t from, ldi::side s) { return from == ldi::no_pixel ? ldi::no_pixel : g.neighbor(from, s); };
     const std::int32_t beside = step(pixel, across), below = step(pixel, along);
     std::int32_t diagonal = step(beside, along);
-    if (diagonal == no_pixel) diagonal = step(below, across);
+    if (diagonal == ldi::no_pixel) diagonal = step(below, across);
     std::array<float, 3> sum{};
     float total = 0;
     const auto add = [&](std::int32_t other, float weight) {
-        if (other == no_pixel || known[other] != known[pixel]) return;
-        const auto color = layers.template at<color_column>(other);
+        if (other == ldi::no_pixel || known[other] != known[pixel]) return;
+        const auto color = layers.template at<ldi::color_column>(other);
         for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * color[c];
         total += weight;
     };
@@ -209,4 +223,4 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
     return result;
 }
 
-}}}  // namespace ldi::detail
+}  // namespace ldi_quality

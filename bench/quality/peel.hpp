@@ -2,6 +2,9 @@
 // (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 #pragma once
 
+#include "pixel_squares.hpp"
+#include "surface_walk.hpp"
+
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
@@ -10,8 +13,6 @@
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
-#include <ldi/render/detail/pixel_squares.hpp>
-#include <ldi/render/detail/surface_walk.hpp>
 #include <ldi/render/rasterizer.hpp>
 
 #include <algorithm>
@@ -21,14 +22,12 @@
 #include <string>
 #include <utility>
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
+namespace ldi_quality {
 
 struct peel_options {
     float z_near = 0.01F;    ///< above 0; omits pixels with a corner nearer than this depth
     bool both_sides = true;  ///< false: omits surfaces seen from behind
 };
-
-namespace detail {
 
 /// Intersection of a surface with the ray through the center of a pixel.
 struct fragment {
@@ -40,22 +39,23 @@ struct fragment {
 /// Finds the fragments of one screen, band by band.
 class fragment_finder {
 public:
-    fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
+    fragment_finder(const pixel_squares& squares, const ldi::pinhole_camera& screen, bool both_sides)
         : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
 
     /// Returns the fragments sorted by position, and from near to far at each position.
-    template <executor Executor>
-    buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
+    template <ldi::executor Executor>
+    ldi::buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
         const auto extent = [&](std::int32_t i) {
-            return squares_.is_drawn(i) ? vertical_extent{squares_.top(i), squares_.bottom(i)} : vertical_extent{};
+            return squares_.is_drawn(i) ? ldi::detail::vertical_extent{squares_.top(i), squares_.bottom(i)}
+                                        : ldi::detail::vertical_extent{};
         };
-        const band_lists lists(pixel_count, extent, height_, rows_per_band);
-        buffer<buffer<fragment>> parts(lists.band_count());
-        parallel_for(threads, parts.size(), 1, [&](std::size_t first, std::size_t last) {
+        const ldi::detail::band_lists lists(pixel_count, extent, height_, ldi::detail::rows_per_band);
+        ldi::buffer<ldi::buffer<fragment>> parts(lists.band_count());
+        ldi::parallel_for(threads, parts.size(), 1, [&](std::size_t first, std::size_t last) {
             for (std::size_t b = first; b < last; ++b) parts[b] = find_in_band(lists, b);
         });
-        buffer<fragment> fragments;
-        for (buffer<fragment>& part : parts) {
+        ldi::buffer<fragment> fragments;
+        for (ldi::buffer<fragment>& part : parts) {
             fragments.insert(fragments.end(), part.begin(), part.end());
             part = {};
         }
@@ -63,20 +63,21 @@ public:
     }
 
 private:
-    buffer<fragment> find_in_band(const band_lists& lists, std::size_t band) const {
+    ldi::buffer<fragment> find_in_band(const ldi::detail::band_lists& lists, std::size_t band) const {
         const auto [first_row, last_row] = lists.rows_of(band);
-        buffer<fragment> result;
+        ldi::buffer<fragment> result;
         for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
             const std::int32_t pixel = lists.list[k];
-            for (const side s : all_sides) {
+            for (const ldi::side s : ldi::all_sides) {
                 screen_triangle t = squares_.triangle(pixel, s);
                 if (!turn_clockwise(t, both_sides_)) continue;
-                const screen_values values(t);
-                for_each_span(t, width_, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-                    for (std::int64_t x = first; x < last; ++x)
-                        result.push_back(
-                            {y * width_ + x, {pixel, s}, values.inverse_depth(x, y), values.u(x, y), values.v(x, y)});
-                });
+                const ldi::detail::screen_values values(t);
+                ldi::detail::for_each_span(
+                    t, width_, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+                        for (std::int64_t x = first; x < last; ++x)
+                            result.push_back(
+                                {y * width_ + x, {pixel, s}, values.inverse_depth(x, y), values.u(x, y), values.v(x, y)});
+                    });
             }
         }
         std::sort(result.begin(), result.end(), [](const fragment& a, const fragment& b) {
@@ -93,30 +94,30 @@ private:
 };
 
 /// Returns `range`, widened to contain all fragments. Rounding errors alone do not widen it.
-inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
+inline ldi::depth_range range_of(const ldi::buffer<fragment>& fragments, const ldi::depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
     for (const fragment& f : fragments)
         nearest = (std::max)(nearest, f.inverse_depth), farthest = (std::min)(farthest, f.inverse_depth);
     const double slack = 1e-5 * (first - last);  // well above the rounding of float disparities
-    depth_range result = range;
+    ldi::depth_range result = range;
     if (nearest > first + slack) result.z_near = static_cast<float>(1 / nearest);
     if (farthest < last - slack) result.z_far = static_cast<float>(1 / farthest);
     return result;
 }
 
 /// Links pixels of neighboring positions if the surface connects them. Pixel i belongs to fragment i.
-inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, const surface_walk& walk) {
-    buffer<std::int32_t> start(g.position_count() + 1, 0);
+inline void link_neighbors(ldi::graph_builder& g, const ldi::buffer<fragment>& fragments, const surface_walk& walk) {
+    ldi::buffer<std::int32_t> start(g.position_count() + 1, 0);
     for (const fragment& f : fragments) ++start[f.position + 1];
     for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
     for (std::int32_t i = 0; i < g.count(); ++i)
-        for (const side s : {side::right, side::down}) {
+        for (const ldi::side s : {ldi::side::right, ldi::side::down}) {
             const std::int32_t x = g.x()[i], y = g.y()[i];
-            if (s == side::right ? x + 1 == g.width() : y + 1 == g.height()) continue;
+            if (s == ldi::side::right ? x + 1 == g.width() : y + 1 == g.height()) continue;
             const surface_triangle end = walk.one_sample(fragments[i].where, x, y, s);
-            if (end.pixel == no_pixel) continue;
-            const std::int64_t position = fragments[i].position + (s == side::right ? 1 : g.width());
+            if (end.pixel == ldi::no_pixel) continue;
+            const std::int64_t position = fragments[i].position + (s == ldi::side::right ? 1 : g.width());
             std::int32_t there = start[position];
             while (there < start[position + 1] && fragments[there].where != end) ++there;
             LDI_ASSERT(there < start[position + 1]);
@@ -125,39 +126,37 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
 }
 
 /// Builds a graph with one pixel per fragment, and links neighbors.
-inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
-    graph_builder g(camera.width, camera.height, fragments.size());
+inline ldi::graph graph_of(const ldi::buffer<fragment>& fragments, const ldi::pinhole_camera& camera, const surface_walk& walk) {
+    ldi::graph_builder g(camera.width, camera.height, fragments.size());
     for (std::int32_t i = 0; i < fragments.count(); ++i)
         g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
                        static_cast<std::int32_t>(fragments[i].position / g.width()));
     link_neighbors(g, fragments, walk);
-    return std::move(g).build(detail::unchecked);
+    return std::move(g).build(ldi::detail::unchecked);
 }
 
 /// Sets the columns of `result`, whose pixels are the fragments.
-template <payload_column... Columns, executor Executor>
-void copy_columns(const buffer<fragment>& fragments, const layered_image<Columns...>& layers, const depth_range& range,
-                  layered_image<Columns...>& result, Executor& threads) {
+template <ldi::payload_column... Columns, ldi::executor Executor>
+void copy_columns(const ldi::buffer<fragment>& fragments, const ldi::layered_image<Columns...>& layers,
+                  const ldi::depth_range& range, ldi::layered_image<Columns...>& result, Executor& threads) {
     const double last = 1.0 / range.z_far, span = 1.0 / range.z_near - last;
-    parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    ldi::parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
         for (std::int32_t i = static_cast<std::int32_t>(begin), stop = static_cast<std::int32_t>(end); i < stop; ++i) {
             const fragment& f = fragments[i];
             const auto copy = [](auto from, auto to) { std::copy(from.begin(), from.end(), to.begin()); };
             (copy(layers.template at<Columns>(f.where.pixel), result.template at<Columns>(i)), ...);
-            result.template column<disparity_column>()[i] =
+            result.template column<ldi::disparity_column>()[i] =
                 static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<color_column>(i));
+            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<ldi::color_column>(i));
         }
     });
 }
 
-}  // namespace detail
-
 /// A layered image in the space of another camera.
-template <payload_column... Columns>
+template <ldi::payload_column... Columns>
 struct peeled_layers {
-    layered_image<Columns...> layers;
-    depth_range range;  ///< distances of its disparities 1 and 0
+    ldi::layered_image<Columns...> layers;
+    ldi::depth_range range;  ///< distances of its disparities 1 and 0
 };
 
 /// Converts layers to another camera. A ray runs through the center of each pixel of `from`. Every surface that the ray meets
@@ -171,24 +170,25 @@ struct peeled_layers {
 /// The result is in canonical order and has all columns. Colors are interpolated as in render_layers(); every other column
 /// copies the nearest source pixel. The range of distances of the result is `range`, or wider if the camera moved closer or
 /// back. Raises the errors of render_layers(), and too_large for 2^31 pixels or more.
-template <payload_column... Columns, executor Executor = const serial_executor>
-peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const depth_range& range, const view& taken_from,
-                               const view& from, const peel_options& options = {}, Executor&& threads = {}) {
-    static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
-    raster_options raster;
+template <ldi::payload_column... Columns, ldi::executor Executor = const ldi::serial_executor>
+peeled_layers<Columns...> peel(const ldi::layered_image<Columns...>& layers, const ldi::depth_range& range,
+                               const ldi::view& taken_from, const ldi::view& from, const peel_options& options = {},
+                               Executor&& threads = {}) {
+    static_assert(ldi::has_columns<ldi::layered_image<Columns...>, ldi::color_column, ldi::disparity_column, ldi::known_column>);
+    ldi::raster_options raster;
     raster.z_near = options.z_near;
-    detail::check_raster_options(from, raster);
-    const detail::pixel_squares squares(layers, range, taken_from, from, 1, options.z_near);
-    const buffer<detail::fragment> fragments =
-        detail::fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology().count(), threads);
+    ldi::detail::check_raster_options(from, raster);
+    const pixel_squares squares(layers, range, taken_from, from, 1, options.z_near);
+    const ldi::buffer<fragment> fragments =
+        fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology().count(), threads);
     if (fragments.size() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
-        raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(fragments.size()));
-    const detail::surface_walk walk(layers.topology(), squares);
-    peeled_layers<Columns...> result{layered_image<Columns...>(detail::graph_of(fragments, from.camera, walk)),
-                                     detail::range_of(fragments, range)};
-    detail::copy_columns(fragments, layers, result.range, result.layers, threads);
-    result.layers.reorder(canonical_order(result.layers.topology(), result.layers.template column<disparity_column>()));
+        ldi::raise(ldi::error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(fragments.size()));
+    const surface_walk walk(layers.topology(), squares);
+    peeled_layers<Columns...> result{ldi::layered_image<Columns...>(graph_of(fragments, from.camera, walk)),
+                                     range_of(fragments, range)};
+    copy_columns(fragments, layers, result.range, result.layers, threads);
+    result.layers.reorder(ldi::canonical_order(result.layers.topology(), result.layers.template column<ldi::disparity_column>()));
     return result;
 }
 
-}}  // namespace ldi
+}  // namespace ldi_quality
