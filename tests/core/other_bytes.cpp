@@ -22,8 +22,8 @@ TEST_CASE("for_each_other_byte() visits each byte that differs from the given va
                 if (values[i] != 1) others.push_back(i);
                 if (values[i] == 0) unknown.push_back(i);
             }
-            ldi::detail::for_each_other_byte(values, 1, [&](std::int32_t i) { found.push_back(i); });
-            ldi::detail::for_each_unknown(values, [&](std::int32_t i) { found_unknown.push_back(i); });
+            ldi::for_each_other_byte(values, 1, [&](std::int32_t i) { found.push_back(i); });
+            ldi::for_each_unknown(values, [&](std::int32_t i) { found_unknown.push_back(i); });
             CHECK(found == others);
             CHECK(found_unknown == unknown);
         }
@@ -32,7 +32,7 @@ TEST_CASE("for_each_other_byte() visits each byte that differs from the given va
 TEST_CASE("a byte that a visit sets to the given value is not visited later") {
     buffer<std::uint8_t> values{0, 0, 1, 0, 1, 1, 1, 1, 0};
     int visits = 0;
-    ldi::detail::for_each_unknown(values, [&](std::int32_t i) {
+    ldi::for_each_unknown(values, [&](std::int32_t i) {
         if (i + 1 < values.count()) values[i + 1] = 1;
         ++visits;
     });

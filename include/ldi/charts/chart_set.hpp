@@ -63,18 +63,18 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     return different == 0 && outside >= 0;
 }
 
+}  // namespace detail
+
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     std::size_t count = 0;
     bool fits = charts.chart_of.size() == g.size();
     for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
         count += charts.charts[c].pixels.size();
-        fits = fits_box(charts.charts[c], c, charts.chart_of, g);
+        fits = detail::fits_box(charts.charts[c], c, charts.chart_of, g);
     }
     if (!fits || count != g.size())
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
 }
-
-}  // namespace detail
 
 }}  // namespace ldi

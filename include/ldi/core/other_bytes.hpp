@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Calls see(i) for each i with values[i] != usual, in ascending order. Skips eight usual values at a time.
 template <class See>
@@ -34,4 +34,4 @@ void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
     });
 }
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi

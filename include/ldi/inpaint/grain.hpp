@@ -147,7 +147,7 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
     std::int32_t next = 0;
-    detail::for_each_unknown(layers.template column<known_column>(), [&](std::int32_t i) {
+    for_each_unknown(layers.template column<known_column>(), [&](std::int32_t i) {
         const float grain = options.strength * around[next++] * detail::grain_at(g.x()[i], g.y()[i]);
         for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
     });

@@ -106,7 +106,7 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
         const uncertain_rim* rim;
     };
     buffer<rim_pixel> marked;
-    detail::for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
+    for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
         const auto position = static_cast<std::int32_t>(layers.topology().position_of(i));
         const auto rim =
             std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });

@@ -150,7 +150,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     const bool has_masks = architecture_.missing == missing_colors::masked;
     const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
         features result;
-        result.map = {plan.output_count(), weights.outputs, detail::zero_of_results<value_type>(weights)};
+        result.map = {plan.output_count(), weights.outputs, weights.result_zero_point};
         if (has_masks) result.mask.resize(plan.output_count());
         convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
         return result;
@@ -186,7 +186,7 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
     const buffer<float> values = colors(layers, wanted, progress, threads);
     const auto color = layers.template column<color_column>();
     std::size_t next = 0;
-    detail::for_each_unknown(known, [&](std::int32_t i) {
+    for_each_unknown(known, [&](std::int32_t i) {
         for (std::size_t c = 0; c < output_channels; ++c)
             color[3 * static_cast<std::size_t>(i) + c] = detail::rounded_to_byte(255.0F * values[next++]);
     });
