@@ -6,9 +6,8 @@
 // or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
 // The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, the
-// median of 7 runs is 5 % lower for 5 x 5 convolutions from 20 to 40 channels, but up to 29 % higher for 3 x 3 from 16 to 16,
-// 25 % higher for 3 x 3 from 24 to 3, and 61 % higher for 1 x 1 from 5 to 8. Half vectors and separate functions for sums and
-// results make the difference.
+// minimum of 7 runs is 3 % higher for 3 x 3 convolutions from 32 to 32 channels, 34 % for 3 x 3 from 16 to 16, 39 % for 3 x 3
+// from 24 to 3, and 44 % for 1 x 1 from 5 to 8. Half vectors and separate functions for sums and results make the difference.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
