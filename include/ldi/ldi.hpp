@@ -53,6 +53,7 @@
 #include <ldi/nn/ldi/convolution.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/convolution_planner.hpp>
 #include <ldi/nn/ldi/elementwise.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 #include <ldi/nn/ldi/from_column.hpp>

@@ -365,9 +365,12 @@ concept element_iterator = requires(T i) {
 #endif
 }
 
-/// Raises too_large, because the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() {
-    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+/// Raises too_large, because `count` values of `value_size` bytes exceed the address space.
+[[noreturn]] inline void refuse_count(std::size_t count, std::size_t value_size) {
+    raise(error_code::too_large, "buffer",
+          "at most " + std::to_string(static_cast<std::size_t>(PTRDIFF_MAX) / value_size) + " values of " +
+              std::to_string(value_size) + " bytes",
+          std::to_string(count));
 }
 
 /// Type-independent part of a buffer, compiled once for all types.
@@ -379,7 +382,7 @@ struct memory_block {
     /// Allocates a larger, empty block. The first success selects the allocator.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         const memory& source = from != nullptr ? *from : current_memory();
-        if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
+        if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count(new_capacity, value_size);
         void* place = source.allocate(source.context, new_capacity * value_size, alignment);
         if (place == nullptr) out_of_memory();
         LDI_ASSERT(reinterpret_cast<std::uintptr_t>(place) % alignment == 0);
@@ -1200,7 +1203,9 @@ namespace detail {
           std::to_string(width) + " x " + std::to_string(height));
 }
 
-[[noreturn]] inline void refuse_pixel_count() { raise(error_code::too_large, "graph", "fewer than 2^31 pixels", "more"); }
+[[noreturn]] inline void refuse_pixel_count(std::size_t count) {
+    raise(error_code::too_large, "graph", "fewer than 2^31 pixels", std::to_string(count));
+}
 inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
 
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
@@ -1297,7 +1302,7 @@ public:
         : index_columns(width, height) {
         x_ = x, y_ = y;
         column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
-        if (x.size() > detail::max_pixels) detail::refuse_pixel_count();
+        if (x.size() > detail::max_pixels) detail::refuse_pixel_count(x.size());
         for (const index_view& column : {y, up, down, left, right})
             if (column.size() != x.size())
                 raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",
@@ -1437,14 +1442,14 @@ public:
     /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
     /// count          number of initial pixels, all at (0, 0) and without links; raises too_large for 2^31 or more
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
-        if (count > detail::max_pixels) detail::refuse_pixel_count();
+        if (count > detail::max_pixels) detail::refuse_pixel_count(count);
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
     /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
     /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
-        if (count > detail::max_pixels) detail::refuse_pixel_count();
+        if (count > detail::max_pixels) detail::refuse_pixel_count(count);
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
@@ -1460,7 +1465,7 @@ public:
     /// there are 2^31 - 1 pixels.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
-        if (size() >= detail::max_pixels) detail::refuse_pixel_count();
+        if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
         make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
         for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
@@ -1803,14 +1808,20 @@ values_of<Column> coarser_values(pixels_of<Column> pixels) {
         return averaged(pixels);
 }
 
+}  // namespace detail
+
+/// Combines the values of a mesh vertex's pixels with the column's rule `at_vertex`, or averages them.
 template <payload_column Column>
-values_of<Column> vertex_values(pixels_of<Column> pixels) {
-    static_assert(check_rules<Column>());
-    if constexpr (has_at_vertex<Column>)
+std::array<typename Column::scalar, Column::channels> vertex_values(
+    pixel_values<typename Column::scalar, Column::channels> pixels) {
+    static_assert(detail::check_rules<Column>());
+    if constexpr (detail::has_at_vertex<Column>)
         return Column::at_vertex(pixels);
     else
         return averaged(pixels);
 }
+
+namespace detail {
 
 template <class Column, class Scalar, std::integral Index>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Index pixel) {
@@ -1823,8 +1834,8 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Ind
 /// bits.
 template <payload_column Column>
 std::size_t scalar_count(std::size_t pixels) {
-    constexpr std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / (sizeof(typename Column::scalar) * Column::channels);
-    if (pixels > limit) refuse_count();
+    constexpr std::size_t pixel_size = sizeof(typename Column::scalar) * Column::channels;
+    if (pixels > static_cast<std::size_t>(PTRDIFF_MAX) / pixel_size) refuse_count(pixels, pixel_size);
     return pixels * Column::channels;
 }
 
@@ -1966,8 +1977,8 @@ namespace detail {
 [[noreturn]] inline void refuse_side(side s) {
     raise(error_code::mismatch, "edit_links", "one of four sides", "side " + std::to_string(static_cast<int>(s)));
 }
-[[noreturn]] inline void refuse_pixel(std::int32_t pixel) {
-    raise(error_code::mismatch, "edit_links", "an index of a pixel", std::to_string(pixel));
+[[noreturn]] inline void refuse_pixel(std::int32_t pixel, std::int32_t count) {
+    raise(error_code::mismatch, "edit_links", "a pixel from 0 to " + std::to_string(count - 1), std::to_string(pixel));
 }
 }  // namespace detail
 
@@ -1998,7 +2009,7 @@ public:
 
 private:
     void check(std::int32_t pixel, side s) const {
-        if (!graph_.exists(pixel)) detail::refuse_pixel(pixel);
+        if (!graph_.exists(pixel)) detail::refuse_pixel(pixel, graph_.count());
         if (!is_side(s)) detail::refuse_side(s);
     }
 
@@ -2552,8 +2563,6 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return detail::coarsen_sound(g, orphans);
 }
 
-namespace detail {
-
 /// The fine pixels of each coarse pixel: those of coarse pixel i are pixels[first[i]] to pixels[first[i + 1] - 1], ascending.
 struct collapsed_pixels {
     buffer<std::size_t> first;
@@ -2570,6 +2579,8 @@ struct collapsed_pixels {
             if (parents[i] != no_pixel) pixels[next[parents[i]]++] = i;
     }
 };
+
+namespace detail {
 
 /// Returns a layered image on the coarse graph.
 ///
@@ -3006,12 +3017,12 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
     return bytes / value_size;
 }
 
-/// Returns height * width * channels. Raises too_large like checked_row_stride().
-inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
-    return height * checked_row_stride(height, width, channels, 0, value_size);
-}
-
 }  // namespace detail
+
+/// Returns height * width * channels. Raises too_large if as many values of `value_size` bytes exceed the address space.
+inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
+    return height * detail::checked_row_stride(height, width, channels, 0, value_size);
+}
 
 /// Distance between the starts of two rows, in bytes.
 struct byte_stride {
@@ -3081,12 +3092,11 @@ private:
 template <class T, class... Sizes>
 image_view(T*, Sizes...) -> image_view<T>;
 
-namespace detail {
+/// Whether a type is an image_view, which owns no values.
 template <class>
 inline constexpr bool is_image_view = false;
 template <class Scalar>
 inline constexpr bool is_image_view<image_view<Scalar>> = true;
-}  // namespace detail
 
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 ///
@@ -3104,13 +3114,13 @@ public:
     image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
-        : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
+        : values_(checked_size(height, width, channels, sizeof(Scalar)), unset),
           height_(height),
           width_(width),
           channels_(channels) {}
     /// Initializes every value to `value`.
     image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
-        : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), value),
+        : values_(checked_size(height, width, channels, sizeof(Scalar)), value),
           height_(height),
           width_(width),
           channels_(channels) {}
@@ -3206,18 +3216,48 @@ bool same_shape(const auto& a, const auto& b) {
 
 }}  // namespace ldi
 
+// ---- ldi/core/other_bytes.hpp
+// Visits the few values of a byte column that differ from the usual value, such as the unknown pixels of a photo.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Calls see(i) for each i with values[i] != usual, in ascending order. Skips eight usual values at a time.
+template <class See>
+void for_each_other_byte(array_view<const std::uint8_t> values, std::uint8_t usual, See&& see) {
+    const std::uint8_t* const value = values.data();
+    const std::int32_t count = values.count();
+    std::uint64_t all_usual = 0;
+    std::memset(&all_usual, usual, sizeof(all_usual));
+    std::int32_t i = 0;
+    for (std::uint64_t word = 0; i + 8 <= count; i += 8) {
+        std::memcpy(&word, value + i, sizeof(word));
+        for (std::int32_t k = i; word != all_usual && k < i + 8; ++k)
+            if (value[k] != usual) see(k);
+    }
+    for (; i < count; ++i)
+        if (value[i] != usual) see(i);
+}
+
+/// Calls see(i) for each i with known[i] == 0, in ascending order.
+template <class See>
+void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
+    for_each_other_byte(known, 1, [&](std::int32_t i) {
+        if (known[i] == 0) see(i);
+    });
+}
+
+}}  // namespace ldi
+
 // ---- ldi/core/surface.hpp
 // The rule for whether neighboring pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-namespace detail {
 /// Minimum step in disparity down to a hidden surface, as a multiple of surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
 /// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
 /// surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
-}  // namespace detail
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
@@ -3266,6 +3306,19 @@ struct photo_facts {
         return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
     }
 };
+
+/// Errors that the default tolerances of the mesh allow; hidden surfaces and hems extend farther by this much. The outlines of
+/// two surfaces that separate may each be off by a pixel (mesh/simplify.hpp). Their disparities may be off by two hundredths
+/// (mesh/simplify.hpp, mesh/studs.hpp).
+inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
+
+/// Returns the maximum parallax between disparities 0 and 1, in pixels.
+///
+/// width, height  size of the photo
+/// motion         photo_facts::motion
+inline float max_parallax(std::int32_t width, std::int32_t height, float motion) {
+    return motion * detail::nearest_float((std::max)(width, height));
+}
 
 }}  // namespace ldi
 
@@ -3350,7 +3403,8 @@ public:
                   "columns from " + std::to_string(free) + " to " + std::to_string(made_.width_) + ", from left to right",
                   "columns " + std::to_string(first) + " to " + std::to_string(last));
         if (last - first > 0x7FFFFFFF - made_.count())
-            raise(error_code::too_large, "pixel_region_builder", "fewer than 2^31 pixels", "more");
+            raise(error_code::too_large, "pixel_region_builder", "fewer than 2^31 pixels",
+                  std::to_string(std::int64_t{made_.count()} + last - first));
         if (!is_first && free == first)
             made_.runs_.back().last = last;
         else
@@ -3434,11 +3488,12 @@ public:
     /// Raises mismatch unless the pixels are those of one layer in the photo's order.
     explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
         const graph& g = topology();
-        bool in_order = g.size() == g.position_count();
-        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
-        if (!in_order)
+        std::int32_t in_order = 0;
+        while (in_order < g.count() && g.position_of(in_order) == static_cast<std::size_t>(in_order)) ++in_order;
+        if (in_order < g.count() || g.size() != g.position_count())
             raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "other pixels");
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row",
+                  std::to_string(g.size()) + " pixels, of which the first " + std::to_string(in_order) + " are in this order");
     }
 
     const graph& topology() const& { return layers_.topology(); }
@@ -3517,10 +3572,10 @@ struct expansion_access {
 // ---- ldi/core/trace_curves.hpp
 // Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
-// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each direction in which a discontinuity leaves the
-// corner.
+/// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each direction in which a discontinuity leaves the
+/// corner.
 class corner_map {
 public:
     corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
@@ -3568,19 +3623,20 @@ private:
     std::size_t side_count_ = 0;
 };
 
-// A traced curve: its sides, and its corners, one more than its sides.
-struct trace {
+/// A traced curve: its sides, and its corners in the same order, one more than its sides.
+struct traced_curve {
     buffer<std::int32_t> corners;
     buffer<discontinuity> sides;
     bool is_closed = false;
 };
 
-class tracer {
+/// Finds the discontinuities of a map, and follows them as curves that end at free ends and at junctions.
+class curve_tracer {
 public:
-    // disparity         width x height values; must outlive the tracer
-    // is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
+    /// disparity         width x height values; must outlive the tracer
+    /// is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
-    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
+    curve_tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
         for (std::int32_t y = 0; y < height; ++y) {
             const std::int32_t start = y * width;
@@ -3592,7 +3648,7 @@ public:
         }
     }
 
-    // Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    /// Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
     void prune_spurs(std::size_t min_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
@@ -3614,7 +3670,7 @@ public:
         }
     }
 
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed curves.
+    /// Calls visit(traced_curve) for every curve: first those that start at an end or a junction, then the closed curves.
     template <class Visit>
     void for_each_curve(Visit&& visit) const {
         corner_map left = all_;
@@ -3629,15 +3685,15 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
+    /// Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
     }
 
 private:
-    // Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
-    // two curves pass each other there, without a junction.
+    /// Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
+    /// two curves pass each other there, without a junction.
     bool ends_curves(std::int32_t corner) const {
         const int degree = all_.degree(corner);
         return degree != 2 && !(degree == 4 && is_checkered(corner));
@@ -3647,8 +3703,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    // Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
-    // a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
+    /// a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -3666,8 +3722,8 @@ private:
         return falling ? side::right : side::left;
     }
 
-    trace follow(corner_map& left, std::int32_t corner, side toward) const {
-        trace t;
+    traced_curve follow(corner_map& left, std::int32_t corner, side toward) const {
+        traced_curve t;
         t.corners.push_back(corner);
         while (true) {
             t.sides.push_back(discontinuity_between(corner, toward));
@@ -3683,7 +3739,7 @@ private:
         }
     }
 
-    // Returns the two pixels that share the pixel side from `corner` to the next corner in direction `toward`.
+    /// Returns the two pixels that share the pixel side from `corner` to the next corner in direction `toward`.
     discontinuity discontinuity_between(std::int32_t corner, side toward) const {
         const bool vertical = toward == side::up || toward == side::down;
         const std::int32_t x = all_.x(corner) - (toward == side::left ? 1 : 0), y = all_.y(corner) - (toward == side::up ? 1 : 0);
@@ -3699,7 +3755,7 @@ private:
     corner_map all_;
 };
 
-}}}}  // namespace ldi::detail::curves
+}}  // namespace ldi
 
 // ---- ldi/core/window.hpp
 // Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
@@ -3943,9 +3999,8 @@ inline bool has_feature(cpu_feature feature) {
 // ---- ldi/kernels/isa.hpp
 // The instruction sets that kernels/ has code for, one row of `instruction_sets` each. A program selects a set at run time when
 // it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a
-// set by its name, for tests and benchmarks. To add a set, add a row here, a file in the folder of each family that it
-// accelerates, and a row in that family's table (see kernels/gemm_u8.hpp). kernels/README.md has a table of all families and
-// sets.
+// set by its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a
+// set.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -4141,31 +4196,52 @@ struct add_u8_kernel {
 
 }}  // namespace ldi
 
-// ---- ldi/kernels/conv_f32/weights.hpp
-// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
+// ---- ldi/kernels/detail/conv_weights.hpp
+// Arguments of kernels/conv_f32.hpp and kernels/conv_u8.hpp for one panel of outputs, on all instruction sets.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
+#include <limits>
 
-/// Activation after the bias: x if x is positive, else negative_slope * x.
-struct activation {
-    float negative_slope;  ///< 0 to 1
-};
-inline constexpr activation no_activation{1.0F};
-inline constexpr activation relu{0.0F};
-constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
-struct conv_f32_weights {
-    using value_type = float;
-
-    isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
-    float negative_slope = 1.0F;
-    buffer<float> values;
-    buffer<float> bias;  ///< padded with zeros to whole panels
+/// Pixels, and the weights of one panel.
+template <class Value>
+struct conv_panel_input {
+    const Value* const* rows;  ///< addresses of the first pixel's pieces
+    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
+    std::size_t row_count, inputs, pixel_stride;
+    const Value* weights;  ///< of the panel
 };
 
-}}  // namespace ldi
+/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
+constexpr float lowest_before(float negative_slope) {
+    using limits = std::numeric_limits<float>;
+    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
+}
+
+/// Destination of one panel's results, and the constants that turn sums into results.
+template <class Result>
+struct conv_panel_output {
+    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
+    float negative_slope, lowest;
+    std::size_t stride;  ///< distance between adjacent pixels, in values
+    std::size_t count;   ///< remaining outputs of the layer
+    Result* values;
+
+    template <class Weights>
+    conv_panel_output(const Weights& weights, const float* of_pixels, Result* result)
+        : bias(weights.bias.data()),
+          ratios(of_pixels),
+          negative_slope(weights.negative_slope),
+          lowest(lowest_before(negative_slope)),
+          stride(weights.outputs),
+          count(weights.outputs),
+          values(result) {}
+
+    /// Advances to the next panel.
+    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
+};
+
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/panel_cut.hpp
 // Splits the outputs of a matrix product or a convolution into panels, and packs the weights panel by panel.
@@ -4225,48 +4301,6 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
 }
 
 }}}  // namespace ldi::detail
-
-// ---- ldi/kernels/detail/conv_weights.hpp
-// Panels of weights and results, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
-
-#include <limits>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Arguments of a convolution for one panel of outputs: pixels and weights.
-template <class Value>
-struct conv_panel_input {
-    const Value* const* rows;  ///< addresses of the first pixel's pieces
-    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
-    std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;  ///< of the panel
-};
-
-namespace detail {
-
-/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
-constexpr float lowest_before(float negative_slope) {
-    using limits = std::numeric_limits<float>;
-    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
-}
-
-}  // namespace detail
-
-/// Destination of one panel's results, and the constants that turn sums into results.
-template <class Result>
-struct conv_panel_output {
-    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
-    float negative_slope;
-    std::size_t stride;  ///< distance between adjacent pixels, in values
-    std::size_t count;   ///< remaining outputs of the layer
-    Result* values;
-    float lowest = detail::lowest_before(negative_slope);
-
-    /// Advances to the next panel.
-    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
-};
-
-}}  // namespace ldi
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
 // Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
@@ -4376,6 +4410,7 @@ struct relu_requantizer {
 //
 //     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4384,7 +4419,9 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
     for (; first + pixels <= last; first += pixels)
         Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
-        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+        if (first < last)
+            conv_panel<Kernel, (pixels > Kernel::rest_pixels ? Kernel::rest_pixels : pixels / 2), vectors>(input, first, last,
+                                                                                                           out);
 }
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
@@ -4674,6 +4711,7 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
 //
 //     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4682,7 +4720,9 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
     for (; first + pixels <= last; first += pixels)
         Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
-        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+        if (first < last)
+            conv_panel<Kernel, (pixels > Kernel::rest_pixels ? Kernel::rest_pixels : pixels / 2), vectors>(input, first, last,
+                                                                                                           out);
 }
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
@@ -4970,6 +5010,7 @@ struct rectifier {
 //
 //     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4978,7 +5019,9 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
     for (; first + pixels <= last; first += pixels)
         Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
-        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+        if (first < last)
+            conv_panel<Kernel, (pixels > Kernel::rest_pixels ? Kernel::rest_pixels : pixels / 2), vectors>(input, first, last,
+                                                                                                           out);
 }
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
@@ -5514,6 +5557,50 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 
 }}  // namespace ldi
 
+// ---- ldi/kernels/conv_f32/weights.hpp
+// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Activation after the bias: x if x is positive, else negative_slope * x.
+struct activation {
+    float negative_slope;  ///< 0 to 1
+};
+inline constexpr activation no_activation{1.0F};
+inline constexpr activation relu{0.0F};
+constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
+
+/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
+struct conv_f32_weights {
+    using value_type = float;
+
+    static constexpr float result_zero_point = 0.0F;
+
+    isa target = isa::scalar;
+    std::size_t rows = 1, inputs = 0, outputs = 0;
+    float negative_slope = 1.0F;
+    buffer<float> values;
+    buffer<float> bias;  ///< padded with zeros to whole panels
+};
+
+}}  // namespace ldi
+
+// ---- ldi/kernels/conv_f32/contract.hpp
+// Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// One instruction set's kernel: a row of `conv_f32_kernels`.
+struct conv_f32_kernel {
+    isa set;
+    detail::panel_layout layout;
+    /// Same parameters as conv_f32() of kernels/conv_f32.hpp.
+    void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                const float* ratios, float* result);
+};
+
+}}  // namespace ldi
+
 // ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
@@ -5536,7 +5623,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  __m256 values) {
     const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), values);
     const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
@@ -5548,19 +5635,19 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output<float>& out,
-                                          std::size_t pixel) {
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums,
+                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
     const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
 }
 
 struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
     static constexpr std::size_t pixels[] = {12, 6, 4};
 
     template <std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
-                     std::size_t first_pixel, const conv_panel_output<float>& out) {
+    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const detail::conv_panel_input<float>& input,
+                     std::size_t first_pixel, const detail::conv_panel_output<float>& out) {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
@@ -5590,8 +5677,8 @@ inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, con
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_panels<conv_f32_tiles>(
-        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
+        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        detail::conv_panel_output<float>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -5607,6 +5694,10 @@ LDI_END_TARGET
 // group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
 // the panel has a single vector, the multiplication itself broadcasts. A full tile has 24 independent vectors of sums. 4 (Zen 4)
 // or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
+//
+// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, the
+// minimum of 7 runs is 3 % higher for 3 x 3 convolutions from 32 to 32 channels, 34 % for 3 x 3 from 16 to 16, 39 % for 3 x 3
+// from 24 to 3, and 44 % for 1 x 1 from 5 to 8. Half vectors and separate functions for sums and results make the difference.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5682,31 +5773,10 @@ struct conv_tile_pointers {
     }
 };
 
-/// Converts sums, `vectors` vectors for each of `pixels` pixels, to results: multiplies by the pixel's ratio, adds the bias,
-/// and applies the activation.
-template <class Store, class Result>
-inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
-                          const conv_panel_output<Result>& out) {
-    const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
-    const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
-    const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
-    for (std::size_t v = 0; v < vectors; ++v) {
-        const std::size_t from = v * conv_whole;
-        const __mmask16 existing = existing_outputs(out, from);
-        const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
-        const float *sum = sums.lanes + from, *ratio = ratios;
-        Result* to = out.values + first_pixel * stride + from;
-        for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-            const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
-            Store::store(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
-        }
-    }
-}
-
 /// Computes one tile: passes each group of inputs to Kernel::multiply_add().
 template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                             const conv_panel_input<Value>& input, std::size_t first_pixel,
+                                             const detail::conv_panel_input<Value>& input, std::size_t first_pixel,
                                              conv_tile_sums& tile_sums) {
     constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
@@ -5738,36 +5808,61 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Calls Kernel::tile() and finish() for pixels first to last - 1, in the largest possible tiles.
-template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
+//
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
+
+/// Computes pixels first to last - 1 in the largest possible tiles.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
-    static_assert(pixels * (vectors + half) <= 24);
-    for (; first + pixels <= last; first += pixels) {
-        conv_tile_sums sums;
-        Kernel::template tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, sums);
-        Kernel::finish(sums, vectors + half, first, pixels, out);
-    }
+    for (; first + pixels <= last; first += pixels)
+        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
-        if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
+        if (first < last)
+            conv_panel<Kernel, (pixels > Kernel::rest_pixels ? Kernel::rest_pixels : pixels / 2), vectors>(input, first, last,
+                                                                                                           out);
 }
 
-/// Computes all outputs panel by panel.
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
-    const detail::panel_cut cut(weights.outputs, conv_half, conv_max_halves);
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
+template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
+                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
+    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t halves = cut.vectors_in(panel), lanes = halves * conv_half;
-        switch (halves) {
-            case 1: conv_panel<Kernel, 24, 0, 1>(input, 0, pixels, out); break;
-            case 2: conv_panel<Kernel, 24, 1, 0>(input, 0, pixels, out); break;
-            case 3: conv_panel<Kernel, 12, 1, 1>(input, 0, pixels, out); break;
-            case 4: conv_panel<Kernel, 12, 2, 0>(input, 0, pixels, out); break;
-            default: conv_panel<Kernel, 8, 2, 1>(input, 0, pixels, out); break;
-        }
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        panel_functions[vectors - 1](input, 0, pixels, out);
         input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
         out.skip(lanes);
     }
 }
+
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+}
+
+/// The primitives of the walk.
+template <class Kernel>
+struct conv_tiles {
+    static constexpr std::size_t group = Kernel::group, width = conv_half, max_vectors = conv_max_halves, rest_pixels = 8;
+    static constexpr std::size_t pixels[max_vectors] = {24, 24, 12, 12, 8};
+
+    template <class Pixels, std::size_t... h, class Input, class Output>
+    static void tile(Pixels pixels_of_tile, std::index_sequence<h...>, const Input& input, std::size_t first_pixel,
+                     const Output& out) {
+        constexpr std::size_t whole = sizeof...(h) / 2, half = sizeof...(h) % 2;
+        static_assert(Pixels::size() * (whole + half) <= 24);
+        conv_tile_sums sums;
+        Kernel::template sum<half>(pixels_of_tile, std::make_index_sequence<whole>{}, input, first_pixel, sums);
+        Kernel::finish(sums, whole + half, first_pixel, Pixels::size(), out);
+    }
+};
 
 LDI_END_TARGET
 
@@ -5782,11 +5877,9 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr detail::panel_layout conv_f32_layout{1, conv_half, conv_max_halves};
-
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-struct conv_f32_kernel {
+struct conv_f32_sums {
     static constexpr std::size_t group = 1;  // inputs per multiplication
 
     [[gnu::always_inline]] static float load(const float* input) { return *input; }
@@ -5804,27 +5897,42 @@ struct conv_f32_kernel {
         }
     }
 
-    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
-        _mm512_mask_storeu_ps(to, existing, values);
-    }
-
     [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const conv_panel_output<float>& out) {
-        finish_floats<conv_f32_kernel>(sums, vectors, first_pixel, pixels, out);
+                                         std::size_t pixels, const detail::conv_panel_output<float>& out) {
+        const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
+        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+        for (std::size_t v = 0; v < vectors; ++v) {
+            const std::size_t from = v * conv_whole;
+            const __mmask16 existing = existing_outputs(out, from);
+            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
+            const float *sum = sums.lanes + from, *ratio = ratios;
+            float* to = out.values + first_pixel * stride + from;
+            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
+                const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
+                _mm512_mask_storeu_ps(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+            }
+        }
     }
 
     template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input,
-                                       std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, sums);
+    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<float>& input,
+                                      std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_f32_sums, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
+using conv_f32_tiles = conv_tiles<conv_f32_sums>;
+
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
+
+inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    conv_panels<conv_f32_kernel>(
-        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
+    conv_panels<conv_f32_tiles>(
+        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        detail::conv_panel_output<float>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -5832,22 +5940,6 @@ LDI_END_TARGET
 }}}  // namespace ldi::avx512vnni
 
 #endif
-
-// ---- ldi/kernels/conv_f32/contract.hpp
-// Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// One instruction set's kernel: a row of `conv_f32_kernels`.
-struct conv_f32_kernel {
-    isa set;
-    detail::panel_layout layout;
-    /// Same parameters as conv_f32() of kernels/conv_f32.hpp.
-    void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                const float* ratios, float* result);
-};
-
-}}  // namespace ldi
 
 // ---- ldi/kernels/conv_f32/neon.hpp
 // kernels/conv_f32.hpp with NEON.
@@ -5901,7 +5993,7 @@ template <int... lane, std::size_t... p, std::size_t... v>
     weights += sizeof...(lane) * sizeof...(v) * conv_width;
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
     const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // ignores NaN (infinity * 0)
@@ -5913,19 +6005,20 @@ template <int... lane, std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output<float>& out,
-                                          std::size_t pixel) {
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums,
+                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
     const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width, vfmaq_f32(load(out.bias + v * conv_width), sums[v], ratio)), ...);
 }
 
 struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
     static constexpr std::size_t pixels[] = {12, 8, 7, 6};
 
     template <std::size_t... p, std::size_t... v>
     static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
+                     const detail::conv_panel_input<float>& input, std::size_t first_pixel,
+                     const detail::conv_panel_output<float>& out) {
         float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
@@ -5950,8 +6043,8 @@ inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, con
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_panels<conv_f32_tiles>(
-        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
+        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        detail::conv_panel_output<float>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -6039,7 +6132,7 @@ template <std::size_t... v>
     ((sums[v] = wasm_f32x4_add(sums[v], wasm_f32x4_mul(x, weights[v]))), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  v128_t values) {
     const v128_t finite = wasm_f32x4_pmax(values, wasm_f32x4_splat(out.lowest));
     const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
@@ -6051,8 +6144,8 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output<float>& out,
-                                          std::size_t pixel) {
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums,
+                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
     const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width,
                    wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_width))),
@@ -6060,13 +6153,13 @@ template <std::size_t... v>
 }
 
 struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
     static constexpr std::size_t pixels[] = {6, 4};
 
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                            const conv_panel_input<float>& input, std::size_t first_pixel,
-                                            const conv_panel_output<float>& out) {
+                                            const detail::conv_panel_input<float>& input, std::size_t first_pixel,
+                                            const detail::conv_panel_output<float>& out) {
         v128_t sums[sizeof...(p) * sizeof...(v)] = {};
         const float* weights = input.weights;
         for (std::size_t r = 0; r < input.row_count; ++r) {
@@ -6089,8 +6182,8 @@ inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, con
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_panels<conv_f32_tiles>(
-        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
+        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        detail::conv_panel_output<float>(weights, ratios, result));
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -6197,34 +6290,29 @@ struct conv_u8_kernel {
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// Destination of one panel's results, and the constants that turn sums into results.
+namespace detail {
+
+/// Destination of one panel's results, and the constants that turn integer sums into results.
 template <class Result>
-struct conv_u8_panel_output {
+struct conv_u8_panel_output : conv_panel_output<Result> {
     const std::int32_t* offsets;
-    const float *scales, *bias, *ratios;
-    float negative_slope, lowest, zero_point;
-    std::size_t stride;  ///< distance between adjacent pixels, in values
-    std::size_t count;   ///< remaining outputs of the layer
-    Result* values;
+    const float* scales;
+    float zero_point;
 
     conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
-        : offsets(weights.offsets.data()),
+        : conv_panel_output<Result>(weights, of_pixels, result),
+          offsets(weights.offsets.data()),
           scales(weights.scales.data()),
-          bias(weights.bias.data()),
-          ratios(of_pixels),
-          negative_slope(weights.negative_slope),
-          lowest(detail::lowest_before(negative_slope)),
-          zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point),
-          stride(weights.outputs),
-          count(weights.outputs),
-          values(result) {}
+          zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point) {}
 
     /// Advances to the next panel.
     void skip(std::size_t lanes) {
-        offsets += lanes, scales += lanes, bias += lanes, values += lanes;
-        count -= lanes < count ? lanes : count;
+        conv_panel_output<Result>::skip(lanes);
+        offsets += lanes, scales += lanes;
     }
 };
+
+}  // namespace detail
 
 }}  // namespace ldi
 
@@ -6273,8 +6361,8 @@ using weights_type = __m256i;
 }
 
 template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                 __m256i sums, float ratio) {
+[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                                 std::size_t from, __m256i sums, float ratio) {
     if (out.count <= from) return;
     const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
     const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
@@ -6289,7 +6377,7 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
@@ -6302,13 +6390,14 @@ template <class Result>
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
+                                 rest_pixels = 4;
     static constexpr const auto& pixels = conv_u8_set::pixels;
 
     template <class Result, std::size_t... p, std::size_t... v>
     static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const conv_u8_panel_output<Result>& out) {
+                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const detail::conv_u8_panel_output<Result>& out) {
         conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const std::uint8_t* weights = input.weights;
@@ -6340,11 +6429,13 @@ private:
     }
     template <class Result, std::size_t... v>
     [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
         const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
         (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
     }
 };
+
+// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
 
 inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
 
@@ -6355,8 +6446,9 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+    conv_panels<conv_u8_tiles>(weights,
+                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -6374,7 +6466,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-struct conv_u8_tiles {
+struct conv_u8_sums {
     static constexpr std::size_t group = 4;  // inputs per multiplication
 
     [[gnu::always_inline]] static std::int32_t load(const std::uint8_t* input) { return load_rest(input, group); }
@@ -6410,7 +6502,7 @@ struct conv_u8_tiles {
 
     template <class Result>
     [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const conv_u8_panel_output<Result>& out) {
+                                         std::size_t pixels, const detail::conv_u8_panel_output<Result>& out) {
         const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
         const __m512 lowest = _mm512_set1_ps(out.lowest);
         const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
@@ -6435,15 +6527,16 @@ struct conv_u8_tiles {
     }
 
     template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<std::uint8_t>& input,
-                                       std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_u8_tiles, half>(pixels, vectors, input, first_pixel, sums);
+    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<std::uint8_t>& input,
+                                      std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_u8_sums, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
+using conv_u8_tiles = conv_tiles<conv_u8_sums>;
 
-LDI_END_TARGET
+// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
 
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_half, conv_max_halves};
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
 
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
@@ -6451,11 +6544,13 @@ inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    const auto* const values =
-        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel reads them as signed bytes
-    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
+    conv_panels<conv_u8_tiles>(weights,
+                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
 }
+
+LDI_END_TARGET
 
 }}}  // namespace ldi::avx512vnni
 
@@ -6488,6 +6583,7 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 //
 //     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6496,7 +6592,9 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
     for (; first + pixels <= last; first += pixels)
         Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
-        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+        if (first < last)
+            conv_panel<Kernel, (pixels > Kernel::rest_pixels ? Kernel::rest_pixels : pixels / 2), vectors>(input, first, last,
+                                                                                                           out);
 }
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
@@ -6519,7 +6617,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
     conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
-// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
@@ -6532,13 +6630,14 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
+                                 rest_pixels = 4;
     static constexpr const auto& pixels = conv_u8_set::pixels;
 
     template <class Result, std::size_t... p, std::size_t... v>
     static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const conv_u8_panel_output<Result>& out) {
+                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const detail::conv_u8_panel_output<Result>& out) {
         conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const std::uint8_t* weights = input.weights;
@@ -6570,11 +6669,13 @@ private:
     }
     template <class Result, std::size_t... v>
     [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
         const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
         (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
     }
 };
+
+// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
 
 inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
 
@@ -6585,8 +6686,9 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+    conv_panels<conv_u8_tiles>(weights,
+                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -6638,8 +6740,8 @@ using weights_type = int8x16_t;
 }
 
 template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                 int32x4_t sums, float ratio) {
+[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                                 std::size_t from, int32x4_t sums, float ratio) {
     if (out.count <= from) return;
     const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
     const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
@@ -6652,7 +6754,7 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
@@ -6665,13 +6767,14 @@ template <class Result>
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
+                                 rest_pixels = 4;
     static constexpr const auto& pixels = conv_u8_set::pixels;
 
     template <class Result, std::size_t... p, std::size_t... v>
     static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const conv_u8_panel_output<Result>& out) {
+                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const detail::conv_u8_panel_output<Result>& out) {
         conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const std::uint8_t* weights = input.weights;
@@ -6703,11 +6806,13 @@ private:
     }
     template <class Result, std::size_t... v>
     [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
         const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
         (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
     }
 };
+
+// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
 
 inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
 
@@ -6718,8 +6823,9 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+    conv_panels<conv_u8_tiles>(weights,
+                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -6753,7 +6859,7 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
 /// Computes `pixels` pixels with one panel of weights.
 template <std::size_t pixels, class Result>
 void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
-                  std::size_t pixel_stride, std::size_t first_output, const conv_u8_panel_output<Result>& out) {
+                  std::size_t pixel_stride, std::size_t first_output, const detail::conv_u8_panel_output<Result>& out) {
     std::int32_t sums[pixels][conv_u8_panel] = {};
     const std::int8_t* values = weights.values.data() + first_output * weights.rows * weights.inputs;
     for (std::size_t r = 0; r < weights.rows; ++r) {
@@ -6780,7 +6886,7 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     constexpr std::size_t tile = 4;
-    conv_u8_panel_output<Result> out(weights, ratios, result);
+    detail::conv_u8_panel_output<Result> out(weights, ratios, result);
     for (std::size_t o = 0; o < weights.outputs; o += conv_u8_panel, out.skip(conv_u8_panel)) {
         std::size_t p = 0;
         for (; p + tile <= pixels; p += tile) conv_u8_tile<tile>(weights, rows, p, pixel_stride, o, out);
@@ -6815,8 +6921,8 @@ using weights_type = v128_t;
 }
 
 template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                 v128_t sums, float ratio) {
+[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                                 std::size_t from, v128_t sums, float ratio) {
     std::int32_t lanes[width];
     wasm_v128_store(lanes, sums);
     for (std::size_t o = from; o < from + width && o < out.count; ++o)
@@ -6826,7 +6932,7 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
@@ -6839,13 +6945,14 @@ template <class Result>
 //     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
+                                 rest_pixels = 4;
     static constexpr const auto& pixels = conv_u8_set::pixels;
 
     template <class Result, std::size_t... p, std::size_t... v>
     static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const conv_u8_panel_output<Result>& out) {
+                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const detail::conv_u8_panel_output<Result>& out) {
         conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const std::uint8_t* weights = input.weights;
@@ -6877,11 +6984,13 @@ private:
     }
     template <class Result, std::size_t... v>
     [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
         const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
         (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
     }
 };
+
+// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
 
 inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
 
@@ -6892,8 +7001,9 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+    conv_panels<conv_u8_tiles>(weights,
+                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -7139,6 +7249,24 @@ struct depthwise_order {
     }
 };
 
+/// Packs weights by unit (up to `max_channels` channels), then by column of the window: 4 vectors with 4 rows per channel. The
+/// fourth row has weight 0.
+///
+/// sign  -1 for negated weights
+template <std::size_t max_channels>
+void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, int sign) {
+    for (std::size_t done = 0; done < packed.channels;) {
+        const depthwise_unit unit(packed.channels, done, max_channels);
+        const depthwise_order<max_channels> order(unit);
+        for (std::size_t column = 0; column < 3; ++column)
+            for (std::size_t c : order.channels)
+                for (std::size_t row = 0; row < 4; ++row)
+                    packed.narrow.push_back(static_cast<std::int8_t>(sign * source.weight(c, row * 3 + column)));
+        for (std::size_t c : order.channels) packed.bias.push_back(sign * source.folded_bias(c));
+        done = unit.end();
+    }
+}
+
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;
@@ -7342,16 +7470,32 @@ template <std::size_t channels>
     store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
 }
 
-// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
-// target region, after these primitives:
+// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp.
+
+/// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
+struct depthwise_results {
+    using requantizer_type = requantizer;
+
+    static requantizer requantizer_of(const depthwise_u8_weights& weights) { return requantizer(weights.fast); }
+    [[gnu::always_inline]] static int_lanes requantized(const requantizer& requantize, const four_vectors& sums) {
+        return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+    }
+};
+// Loop of depthwise_u8 along a row. AVX2, AVX-512 and NEON include this file inside their namespace and target region, after
+// these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
 //     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
+//     four_vectors                four vectors of sums, or of a column's interleaved bytes
+//     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
 //     load_stretches<channels>(position, row, offset, lanes)   loads one row
 //     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
 //
 // The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
-// a place of the window: window_left, window_middle or window_right.
+// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
+// requantizer_of(weights) of type requantizer_type.
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
@@ -7367,23 +7511,21 @@ struct depthwise_rows {
 
     /// Loads and interleaves the column at `offset` bytes after the position: rows 0, 1, 2, and row 1 again.
     [[gnu::always_inline]] four_vectors column(std::size_t offset) const {
-        const int_lanes middle = load_stretches<channels>(position, 1, offset, lanes);
+        const auto middle = load_stretches<channels>(position, 1, offset, lanes);
         return interleave_bytes(load_stretches<channels>(position, 0, offset, lanes), middle,
                                 load_stretches<channels>(position, 2, offset, lanes), middle);
     }
 };
 
 /// Requantizes and stores results at one address per stretch.
-template <std::size_t channels>
+template <std::size_t channels, class Sums>
 struct depthwise_result {
     std::uint8_t* at[depthwise_max_channels / channels];
     depthwise_lanes lanes;
-    requantizer requantize;
+    typename Sums::requantizer_type requantize;
 
     [[gnu::always_inline]] void store(const four_vectors& sums, std::size_t offset) const {
-        const int_lanes bytes =
-            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
-        store_stretches<channels>(at, offset, lanes, bytes);
+        store_stretches<channels>(at, offset, lanes, Sums::requantized(requantize, sums));
     }
 };
 
@@ -7408,8 +7550,8 @@ struct depthwise_run {
         return {stretches.at(column, scale), lanes};
     }
     depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), lanes}; }
-    depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, lanes, requantizer(stretches.call.weights.fast)};
+    depthwise_result<channels, Sums> result_at(std::size_t scale) const {
+        depthwise_result<channels, Sums> found{{}, lanes, Sums::requantizer_of(stretches.call.weights)};
         for (std::size_t s = 0; s < stretch_count; ++s) found.at[s] = stretches.result(s, scale);
         return found;
     }
@@ -7420,7 +7562,7 @@ struct depthwise_run {
         const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         four_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         four_vectors column = rows.column(0);
         four_vectors current = sums.template add<window_middle>(next, column);
@@ -7441,7 +7583,7 @@ struct depthwise_run {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         four_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
             current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
@@ -7454,36 +7596,45 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice. Column c is the right column of the window around the second copy of column
-    /// c - 1, fills two of three columns of the windows around its own copies, and is the left column of the window around the
-    /// first copy of column c + 1.
-    void enlarged_twice() const {
+    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
+    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
+    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    ///
+    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    template <std::size_t fixed_repeat>
+    void enlarged() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const std::size_t repeat = fixed_repeat != 0 ? fixed_repeat : stretches.call.repeat;
         const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(2);
+        const depthwise_result<channels, Sums> result = result_at(repeat);
         four_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         four_vectors column = rows.column(0);
-        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        std::size_t to = 0;
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), to);
         first = sums.template add<window_left>(sums.start(), column);
-        four_vectors second = sums.template add<window_middle>(first, column);
+        four_vectors last = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
+            for (std::size_t copy = 2; copy < repeat; ++copy)
+                result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
             column = rows.column(x * pixel_bytes);
-            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
             result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
-                         2 * x * pixel_bytes);
+                         to += pixel_bytes);
             first = sums.template add<window_left>(sums.start(), column);
-            second = sums.template add<window_middle>(first, column);
+            last = sums.template add<window_middle>(first, column);
         }
+        for (std::size_t copy = 2; copy < repeat; ++copy)
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(last, column), to + pixel_bytes);
     }
 
-    /// Any stride and repetition: loads three columns per window.
+    /// Stride 2 with repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
             four_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
             sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
@@ -7501,24 +7652,25 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     else if (stride == 2 && call.repeat == 1)
         run(call, sums, first_channel, result_width).stride_2();
     else if (stride == 1 && call.repeat == 2)
-        run(call, sums, first_channel, call.width).enlarged_twice();
+        run(call, sums, first_channel, call.width).template enlarged<2>();
+    else if (stride == 1)
+        run(call, sums, first_channel, call.width).template enlarged<0>();
     else
         run(call, sums, first_channel, result_width).any();
 }
 
 template <class Sums>
 inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, const detail::depthwise_unit& unit) {
-    if constexpr (depthwise_max_channels == 64)
+    if constexpr (depthwise_max_channels >= 64)
         if (unit.channels == 64) return depthwise_u8_unit<64>(call, sums, unit.first);
-    if (unit.channels == 32)
-        depthwise_u8_unit<32>(call, sums, unit.first);
-    else
-        depthwise_u8_unit<16>(call, sums, unit.first);
+    if constexpr (depthwise_max_channels >= 32)
+        if (unit.channels == 32) return depthwise_u8_unit<32>(call, sums, unit.first);
+    depthwise_u8_unit<16>(call, sums, unit.first);
 }
 
 /// The weights of one unit.
 template <bool has_further_terms>
-struct depthwise_sums {
+struct depthwise_sums : depthwise_results {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::size_t terms;
@@ -7553,9 +7705,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     for (std::size_t done = 0; done < weights.channels; bias += 32, ++terms) {
         const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
         if (*terms == 1)
-            depthwise_u8_unit(call, depthwise_sums<false>{values, bias, 1}, unit);
+            depthwise_u8_unit(call, depthwise_sums<false>{{}, values, bias, 1}, unit);
         else
-            depthwise_u8_unit(call, depthwise_sums<true>{values, bias, *terms}, unit);
+            depthwise_u8_unit(call, depthwise_sums<true>{{}, values, bias, *terms}, unit);
         values += *terms * 3 * 128;
         done = unit.end();
     }
@@ -7584,20 +7736,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Packs weights by unit (up to 64 channels), then by column of the window: 4 vectors of 16 channels x 4 rows each. The fourth
-/// row has weight 0.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    for (std::size_t done = 0; done < packed.channels;) {
-        const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
-        const detail::depthwise_order<depthwise_max_channels> order(unit);
-        for (std::size_t column = 0; column < 3; ++column)
-            for (std::size_t c : order.channels)
-                for (std::size_t row = 0; row < 4; ++row)
-                    packed.narrow.push_back(static_cast<std::int8_t>(sign * source.weight(c, row * 3 + column)));
-        for (std::size_t c : order.channels) packed.bias.push_back(sign * source.folded_bias(c));
-        done = unit.end();
-    }
+    detail::pack_columns<depthwise_max_channels>(packed, source, detail::is_negated(packed.fast) ? -1 : 1);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
@@ -7647,16 +7787,32 @@ template <std::size_t channels>
     }
 }
 
-// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
-// target region, after these primitives:
+// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp.
+
+/// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
+struct depthwise_results {
+    using requantizer_type = requantizer;
+
+    static requantizer requantizer_of(const depthwise_u8_weights& weights) { return requantizer(weights.fast); }
+    [[gnu::always_inline]] static int_lanes requantized(const requantizer& requantize, const four_vectors& sums) {
+        return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+    }
+};
+// Loop of depthwise_u8 along a row. AVX2, AVX-512 and NEON include this file inside their namespace and target region, after
+// these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
 //     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
+//     four_vectors                four vectors of sums, or of a column's interleaved bytes
+//     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
 //     load_stretches<channels>(position, row, offset, lanes)   loads one row
 //     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
 //
 // The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
-// a place of the window: window_left, window_middle or window_right.
+// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
+// requantizer_of(weights) of type requantizer_type.
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
@@ -7672,23 +7828,21 @@ struct depthwise_rows {
 
     /// Loads and interleaves the column at `offset` bytes after the position: rows 0, 1, 2, and row 1 again.
     [[gnu::always_inline]] four_vectors column(std::size_t offset) const {
-        const int_lanes middle = load_stretches<channels>(position, 1, offset, lanes);
+        const auto middle = load_stretches<channels>(position, 1, offset, lanes);
         return interleave_bytes(load_stretches<channels>(position, 0, offset, lanes), middle,
                                 load_stretches<channels>(position, 2, offset, lanes), middle);
     }
 };
 
 /// Requantizes and stores results at one address per stretch.
-template <std::size_t channels>
+template <std::size_t channels, class Sums>
 struct depthwise_result {
     std::uint8_t* at[depthwise_max_channels / channels];
     depthwise_lanes lanes;
-    requantizer requantize;
+    typename Sums::requantizer_type requantize;
 
     [[gnu::always_inline]] void store(const four_vectors& sums, std::size_t offset) const {
-        const int_lanes bytes =
-            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
-        store_stretches<channels>(at, offset, lanes, bytes);
+        store_stretches<channels>(at, offset, lanes, Sums::requantized(requantize, sums));
     }
 };
 
@@ -7713,8 +7867,8 @@ struct depthwise_run {
         return {stretches.at(column, scale), lanes};
     }
     depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), lanes}; }
-    depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, lanes, requantizer(stretches.call.weights.fast)};
+    depthwise_result<channels, Sums> result_at(std::size_t scale) const {
+        depthwise_result<channels, Sums> found{{}, lanes, Sums::requantizer_of(stretches.call.weights)};
         for (std::size_t s = 0; s < stretch_count; ++s) found.at[s] = stretches.result(s, scale);
         return found;
     }
@@ -7725,7 +7879,7 @@ struct depthwise_run {
         const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         four_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         four_vectors column = rows.column(0);
         four_vectors current = sums.template add<window_middle>(next, column);
@@ -7746,7 +7900,7 @@ struct depthwise_run {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         four_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
             current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
@@ -7759,36 +7913,45 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice. Column c is the right column of the window around the second copy of column
-    /// c - 1, fills two of three columns of the windows around its own copies, and is the left column of the window around the
-    /// first copy of column c + 1.
-    void enlarged_twice() const {
+    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
+    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
+    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    ///
+    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    template <std::size_t fixed_repeat>
+    void enlarged() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const std::size_t repeat = fixed_repeat != 0 ? fixed_repeat : stretches.call.repeat;
         const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(2);
+        const depthwise_result<channels, Sums> result = result_at(repeat);
         four_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         four_vectors column = rows.column(0);
-        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        std::size_t to = 0;
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), to);
         first = sums.template add<window_left>(sums.start(), column);
-        four_vectors second = sums.template add<window_middle>(first, column);
+        four_vectors last = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
+            for (std::size_t copy = 2; copy < repeat; ++copy)
+                result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
             column = rows.column(x * pixel_bytes);
-            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
             result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
-                         2 * x * pixel_bytes);
+                         to += pixel_bytes);
             first = sums.template add<window_left>(sums.start(), column);
-            second = sums.template add<window_middle>(first, column);
+            last = sums.template add<window_middle>(first, column);
         }
+        for (std::size_t copy = 2; copy < repeat; ++copy)
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(last, column), to + pixel_bytes);
     }
 
-    /// Any stride and repetition: loads three columns per window.
+    /// Stride 2 with repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
             four_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
             sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
@@ -7806,23 +7969,24 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     else if (stride == 2 && call.repeat == 1)
         run(call, sums, first_channel, result_width).stride_2();
     else if (stride == 1 && call.repeat == 2)
-        run(call, sums, first_channel, call.width).enlarged_twice();
+        run(call, sums, first_channel, call.width).template enlarged<2>();
+    else if (stride == 1)
+        run(call, sums, first_channel, call.width).template enlarged<0>();
     else
         run(call, sums, first_channel, result_width).any();
 }
 
 template <class Sums>
 inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, const detail::depthwise_unit& unit) {
-    if constexpr (depthwise_max_channels == 64)
+    if constexpr (depthwise_max_channels >= 64)
         if (unit.channels == 64) return depthwise_u8_unit<64>(call, sums, unit.first);
-    if (unit.channels == 32)
-        depthwise_u8_unit<32>(call, sums, unit.first);
-    else
-        depthwise_u8_unit<16>(call, sums, unit.first);
+    if constexpr (depthwise_max_channels >= 32)
+        if (unit.channels == 32) return depthwise_u8_unit<32>(call, sums, unit.first);
+    depthwise_u8_unit<16>(call, sums, unit.first);
 }
 
 /// The weights of one unit.
-struct depthwise_sums {
+struct depthwise_sums : depthwise_results {
     __m512i weights[12];
     const std::int32_t* bias;
 
@@ -7862,179 +8026,301 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/depthwise_u8/blocks.hpp
-// Blocks of 16 channels, for kernels that first interleave the columns of three rows in memory.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-inline constexpr std::size_t depthwise_block = 16;
-
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// First channel of a block. The last block overlaps the one before it, so that it is full.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/kernels/depthwise_u8/columns.hpp
-// Selects the columns of the stored rows on which a piece of a depthwise convolution's result depends.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// The inputs of result pixels first to first + count - 1 of a row. Each stored column that they depend on occupies one slot,
-/// in order. The columns outside the image (-1 and `width`) also have slots.
-struct depthwise_columns {
-    /// Limits with which the slots and the rows that fill them fit in a first-level cache of 32 KiB.
-    static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
-
-    std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< column of slot 0, plus one because columns start at -1
-    std::size_t slot_count = 0;
-    /// Entry i is the slot of column first * stride + i - 1 of the enlarged rows; a window reads three consecutive entries.
-    std::uint16_t slot_of[max_taps];
-
-    /// Maximum number of result pixels that fit at any position.
-    static std::size_t max_pixels(std::size_t stride, std::size_t repeat) { return (max_slots - 3) * repeat / stride; }
-
-    depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
-        : first(first_pixel), count(pixels) {
-        // argument and result are column indices plus one
-        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };
-        const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
-        first_column = column(begin);
-        for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
-        slot_count = column(end) - first_column + 1;
-    }
-};
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/kernels/depthwise_u8/neon.hpp
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
 //
-// The kernel first interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0).
-// Each of the three columns of a window then costs one sdot for 4 channels. 16 channels of a pixel (144 products) cost 12 sdot,
-// and 11 instructions to interleave the new column; widening multiplications (smlal) would cost 36 and 6. Requantization and
-// stores bring the total to about 90.
+// The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0). Each of
+// the three columns of a window then costs one sdot for 4 channels. Each column is interleaved only once, in registers, and
+// immediately added to all windows that contain it. 16 channels of a pixel (144 products) cost 12 sdot, and 11 instructions to
+// load and interleave the new column; widening multiplications (smlal) would cost 36 and 6.
 
 #if LDI_HAS_ARM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
-inline constexpr std::size_t depthwise_slot = 64;
+inline constexpr std::size_t depthwise_max_channels = 16, lane_count = 4;
 
-/// Packs weights block by block, column by column of the window, in 4 vectors of 4 channels x 4 rows.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::range_of(source.weights, source.weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     detail::depthwise_source from = source;
     from.input_zero_point -= 128;  // see to_signed()
-    for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
-        const std::size_t start = block_start(packed.channels, b);
-        for (std::size_t column = 0; column < 3; ++column)
-            for (std::size_t c = start; c < start + depthwise_block; ++c)
-                for (std::size_t row = 0; row < 4; ++row)
-                    packed.narrow.push_back(static_cast<std::int8_t>(sign * from.weight(c, row * 3 + column)));
-        for (std::size_t c = start; c < start + depthwise_block; ++c) packed.bias.push_back(sign * from.folded_bias(c));
-    }
+    detail::pack_columns<depthwise_max_channels>(packed, from, sign);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// Loads 16 channels, or all channels if there are fewer. Returns `padding` for a row outside the image.
-[[gnu::always_inline]] inline int8x16_t load_channels(const std::uint8_t* row, std::size_t offset, std::size_t channels,
-                                                      std::uint8_t padding) {
-    if (row == nullptr) return to_signed(vdupq_n_u8(padding));
-    if (channels >= depthwise_block) return to_signed(vld1q_u8(row + offset));
-    std::uint8_t bytes[depthwise_block] = {};
-    std::memcpy(bytes, row + offset, channels);
+/// Number of existing channels in each group of 16.
+using depthwise_lanes = std::size_t;
+
+inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
+
+struct four_vectors {
+    int32x4_t v[4];
+};
+
+/// Interleaves bytes: each 32-bit value of the result contains one byte of a, of b, of c, and of d.
+[[gnu::always_inline]] inline four_vectors interleave_bytes(int8x16_t a, int8x16_t b, int8x16_t c, int8x16_t d) {
+    const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
+    const int16x8_t cd_low = vreinterpretq_s16_s8(vzip1q_s8(c, d)), cd_high = vreinterpretq_s16_s8(vzip2q_s8(c, d));
+    return {{vreinterpretq_s32_s16(vzip1q_s16(ab_low, cd_low)), vreinterpretq_s32_s16(vzip2q_s16(ab_low, cd_low)),
+             vreinterpretq_s32_s16(vzip1q_s16(ab_high, cd_high)), vreinterpretq_s32_s16(vzip2q_s16(ab_high, cd_high))}};
+}
+
+/// Loads 16 channels of one row, or all channels if there are fewer.
+template <std::size_t channels>
+[[gnu::always_inline]] inline int8x16_t load_stretches(const detail::depthwise_position<1>& position, std::size_t row,
+                                                       std::size_t offset, depthwise_lanes lanes) {
+    const std::uint8_t* const from = position.find(row, 0, offset);
+    if (lanes == 16) return to_signed(vld1q_u8(from));
+    std::uint8_t bytes[16] = {};
+    std::memcpy(bytes, from, lanes);
     return to_signed(vld1q_u8(bytes));
 }
 
-/// Interleaves 16 channels of three rows to 4 bytes per channel. The fourth byte repeats the third row; its weight is 0.
-[[gnu::always_inline]] inline void fill_slot(int8x16_t a, int8x16_t b, int8x16_t c, std::int8_t* slot) {
-    const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
-    const int16x8_t c_low = vreinterpretq_s16_s8(vzip1q_s8(c, c)), c_high = vreinterpretq_s16_s8(vzip2q_s8(c, c));
-    vst1q_s8(slot, vreinterpretq_s8_s16(vzip1q_s16(ab_low, c_low)));
-    vst1q_s8(slot + 16, vreinterpretq_s8_s16(vzip2q_s16(ab_low, c_low)));
-    vst1q_s8(slot + 32, vreinterpretq_s8_s16(vzip1q_s16(ab_high, c_high)));
-    vst1q_s8(slot + 48, vreinterpretq_s8_s16(vzip2q_s16(ab_high, c_high)));
+template <std::size_t channels>
+[[gnu::always_inline]] inline void store_stretches(std::uint8_t* const* to, std::size_t offset, depthwise_lanes lanes,
+                                                   uint8x16_t bytes) {
+    store_first(to[0] + offset, bytes, lanes);
 }
 
-/// Weights and biases of one block: 4 vectors for each column of the window.
-struct depthwise_block_weights {
-    int8x16_t columns[12];
-    int32x4_t bias[4];
+// Loop of depthwise_u8 along a row. AVX2, AVX-512 and NEON include this file inside their namespace and target region, after
+// these primitives:
+//
+//     depthwise_max_channels      channels of a full unit
+//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
+//     four_vectors                four vectors of sums, or of a column's interleaved bytes
+//     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
+//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
+//
+// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
+// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
+// requantizer_of(weights) of type requantizer_type.
 
-    [[gnu::always_inline]] depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block)
-        : depthwise_block_weights(weights.narrow.data() + block * 3 * depthwise_slot,
-                                  weights.bias.data() + block * depthwise_block, std::make_index_sequence<12>{},
-                                  std::make_index_sequence<4>{}) {}
+inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
-private:
-    template <std::size_t... i, std::size_t... v>
-    [[gnu::always_inline]] depthwise_block_weights(const std::int8_t* weights, const std::int32_t* biases,
-                                                   std::index_sequence<i...>, std::index_sequence<v...>)
-        : columns{load(weights + i * 16)...}, bias{load(biases + v * 4)...} {}
+[[gnu::always_inline]] inline four_vectors load_sums(const std::int32_t* from) {
+    return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
+}
+
+/// Three rows at one place of each stretch.
+template <std::size_t channels>
+struct depthwise_rows {
+    detail::depthwise_position<depthwise_max_channels / channels> position;
+    depthwise_lanes lanes;
+
+    /// Loads and interleaves the column at `offset` bytes after the position: rows 0, 1, 2, and row 1 again.
+    [[gnu::always_inline]] four_vectors column(std::size_t offset) const {
+        const auto middle = load_stretches<channels>(position, 1, offset, lanes);
+        return interleave_bytes(load_stretches<channels>(position, 0, offset, lanes), middle,
+                                load_stretches<channels>(position, 2, offset, lanes), middle);
+    }
 };
 
-template <std::size_t v>
-[[gnu::always_inline]] inline int32x4_t depthwise_sum(const depthwise_block_weights& w, const std::int8_t* left,
-                                                      const std::int8_t* middle, const std::int8_t* right) {
-    int32x4_t sum = add_products(w.bias[v], load(left + v * 16), w.columns[v]);
-    sum = add_products(sum, load(middle + v * 16), w.columns[4 + v]);
-    return add_products(sum, load(right + v * 16), w.columns[8 + v]);
+/// Requantizes and stores results at one address per stretch.
+template <std::size_t channels, class Sums>
+struct depthwise_result {
+    std::uint8_t* at[depthwise_max_channels / channels];
+    depthwise_lanes lanes;
+    typename Sums::requantizer_type requantize;
+
+    [[gnu::always_inline]] void store(const four_vectors& sums, std::size_t offset) const {
+        store_stretches<channels>(at, offset, lanes, Sums::requantized(requantize, sums));
+    }
+};
+
+/// Computes one unit of channels along a row.
+template <std::size_t channels, class Sums>
+struct depthwise_run {
+    static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
+
+    detail::depthwise_stretches<stretch_count> stretches;
+    Sums packed;
+    std::size_t pixel_stride;
+    depthwise_lanes lanes;
+
+    /// all  number of pixels of the row, or of the result, to split into stretches
+    depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
+        : stretches(call, first_channel, all),
+          packed(sums),
+          pixel_stride(call.weights.channels),
+          lanes(existing_lanes(pixel_stride)) {}
+
+    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
+        return {stretches.at(column, scale), lanes};
+    }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), lanes}; }
+    depthwise_result<channels, Sums> result_at(std::size_t scale) const {
+        depthwise_result<channels, Sums> found{{}, lanes, Sums::requantizer_of(stretches.call.weights)};
+        for (std::size_t s = 0; s < stretch_count; ++s) found.at[s] = stretches.result(s, scale);
+        return found;
+    }
+
+    /// Stride 1 without repetition. Each column is the right column of one window, the middle column of the next, and the left
+    /// column of the one after.
+    void stride_1() const {
+        const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels, Sums> result = result_at(1);
+        four_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
+        four_vectors current = sums.template add<window_middle>(next, column);
+        next = sums.template add<window_left>(sums.start(), column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.template add<window_right>(current, column), (x - 1) * pixel_bytes);
+            current = sums.template add<window_middle>(next, column);
+            next = sums.template add<window_left>(sums.start(), column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
+    }
+
+    /// Stride 2 without repetition. Each pair of columns completes one window, as its middle and right columns. The second
+    /// column of the pair is also the left column of the next window.
+    void stride_2() const {
+        const Sums sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 2);
+        const depthwise_result<channels, Sums> result = result_at(1);
+        four_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
+        for (std::size_t x = 0; x + 1 < length; ++x) {
+            current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
+            const four_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
+            current = sums.template add<window_left>(sums.start(), column);
+        }
+        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
+        current = sums.template add<window_middle>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+    }
+
+    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
+    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
+    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    ///
+    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    template <std::size_t fixed_repeat>
+    void enlarged() const {
+        const Sums sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const std::size_t repeat = fixed_repeat != 0 ? fixed_repeat : stretches.call.repeat;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels, Sums> result = result_at(repeat);
+        four_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
+        std::size_t to = 0;
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), to);
+        first = sums.template add<window_left>(sums.start(), column);
+        four_vectors last = sums.template add<window_middle>(first, column);
+        for (std::size_t x = 1; x < length; ++x) {
+            for (std::size_t copy = 2; copy < repeat; ++copy)
+                result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
+            result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
+                         to += pixel_bytes);
+            first = sums.template add<window_left>(sums.start(), column);
+            last = sums.template add<window_middle>(first, column);
+        }
+        for (std::size_t copy = 2; copy < repeat; ++copy)
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.template add<window_right>(last, column), to + pixel_bytes);
+    }
+
+    /// Stride 2 with repetition: loads three columns per window.
+    void any() const {
+        const Sums sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_result<channels, Sums> result = result_at(1);
+        for (std::size_t x = 0; x < length; ++x) {
+            four_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+        }
+    }
+};
+
+template <std::size_t channels, class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel) {
+    using run = depthwise_run<channels, Sums>;
+    const std::size_t stride = call.weights.stride, result_width = call.result_width();
+    if (stride == 1 && call.repeat == 1)
+        run(call, sums, first_channel, call.width).stride_1();
+    else if (stride == 2 && call.repeat == 1)
+        run(call, sums, first_channel, result_width).stride_2();
+    else if (stride == 1 && call.repeat == 2)
+        run(call, sums, first_channel, call.width).template enlarged<2>();
+    else if (stride == 1)
+        run(call, sums, first_channel, call.width).template enlarged<0>();
+    else
+        run(call, sums, first_channel, result_width).any();
 }
 
+template <class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, const detail::depthwise_unit& unit) {
+    if constexpr (depthwise_max_channels >= 64)
+        if (unit.channels == 64) return depthwise_u8_unit<64>(call, sums, unit.first);
+    if constexpr (depthwise_max_channels >= 32)
+        if (unit.channels == 32) return depthwise_u8_unit<32>(call, sums, unit.first);
+    depthwise_u8_unit<16>(call, sums, unit.first);
+}
+
+/// The weights of one unit.
 template <class Requantizer>
-inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const rows[3],
-                         std::size_t width, std::size_t repeat, std::uint8_t* result) {
-    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
-    const std::size_t max_pixels = detail::depthwise_columns::max_pixels(weights.stride, repeat);
-    const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    alignas(64) std::int8_t slot_values[detail::depthwise_columns::max_slots * depthwise_slot];
-    for (std::size_t first = 0; first < result_width; first += max_pixels) {
-        const std::size_t rest = result_width - first;
-        const detail::depthwise_columns columns(first, rest < max_pixels ? rest : max_pixels, weights.stride, repeat);
-        for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
-            const std::size_t start = block_start(channels, block);
-            for (std::size_t s = 0; s < columns.slot_count; ++s) {
-                const std::size_t column = columns.first_column + s;  // column index plus one
-                const bool outside = column == 0 || column > width;
-                const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
-                fill_slot(load_channels(outside ? nullptr : rows[0], offset, channels, weights.padding),
-                          load_channels(outside ? nullptr : rows[1], offset, channels, weights.padding),
-                          load_channels(outside ? nullptr : rows[2], offset, channels, weights.padding),
-                          slot_values + s * depthwise_slot);
-            }
-            const depthwise_block_weights w(weights, block);
-            std::uint8_t* to = result + first * channels + start;
-            const std::uint16_t* slot = columns.slot_of;
-            for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride) {
-                const std::int8_t *const left = slot_values + slot[0] * depthwise_slot,
-                                         *const middle = slot_values + slot[1] * depthwise_slot,
-                                         *const right = slot_values + slot[2] * depthwise_slot;
-                store_first(to,
-                            requantize(depthwise_sum<0>(w, left, middle, right), depthwise_sum<1>(w, left, middle, right),
-                                       depthwise_sum<2>(w, left, middle, right), depthwise_sum<3>(w, left, middle, right)),
-                            held);
-            }
-        }
+struct depthwise_sums {
+    using requantizer_type = Requantizer;
+
+    int8x16_t weights[12];
+    const std::int32_t* bias;
+
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
+        : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
+
+    [[gnu::always_inline]] four_vectors start() const { return load_sums(bias); }
+    template <std::size_t k>
+    [[gnu::always_inline]] four_vectors add(const four_vectors& sum, const four_vectors& column) const {
+        return {{add(sum.v[0], column.v[0], weights[4 * k]), add(sum.v[1], column.v[1], weights[4 * k + 1]),
+                 add(sum.v[2], column.v[2], weights[4 * k + 2]), add(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    }
+
+    static Requantizer requantizer_of(const depthwise_u8_weights& packed) { return Requantizer(packed.output); }
+    [[gnu::always_inline]] static uint8x16_t requantized(const Requantizer& requantize, const four_vectors& sums) {
+        return requantize(sums.v[0], sums.v[1], sums.v[2], sums.v[3]);
+    }
+
+private:
+    template <std::size_t... i>
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
+        : weights{load(values + i * 16)...}, bias(biases) {}
+
+    [[gnu::always_inline]] static int32x4_t add(int32x4_t sum, int32x4_t column, int8x16_t values) {
+        return add_products(sum, vreinterpretq_s8_s32(column), values);
+    }
+};
+
+template <class Requantizer>
+inline void depthwise_u8_units(const detail::depthwise_call& call) {
+    const std::int8_t* values = call.weights.narrow.data();
+    const std::int32_t* bias = call.weights.bias.data();
+    for (std::size_t done = 0; done < call.weights.channels; values += 12 * 16, bias += 16) {
+        const detail::depthwise_unit unit(call.weights.channels, done, depthwise_max_channels);
+        depthwise_u8_unit(call, depthwise_sums<Requantizer>(values, bias), unit);
+        done = unit.end();
     }
 }
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
+    const detail::depthwise_call call(weights, rows, width, repeat, result);
     if (weights.output.zero_point == 0)
-        depthwise_u8(weights, relu_requantizer(weights.output), rows, width, repeat, result);
+        depthwise_u8_units<relu_requantizer>(call);
     else
-        depthwise_u8(weights, requantizer(weights.output), rows, width, repeat, result);
+        depthwise_u8_units<requantizer>(call);
 }
 
 LDI_END_TARGET
@@ -8102,16 +8388,27 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 //
 // The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
 // rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
-// 5 multiplications for 4 channels.
+// 5 multiplications for 4 channels. generic/walk.hpp pairs the rows of each column separately, which would cost 6, and keeps two
+// windows of 16 channels and a column in registers: 12 of the 15 that V8 allocates, without weights and constants.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
+inline constexpr std::size_t depthwise_block = 16;                  // channels
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return (weights.channels + depthwise_block - 1) / depthwise_block;
+}
+
+/// First channel of a block. The last block overlaps the one before it, so that it is full.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
 
 /// Packs weights block by block, in groups of 4 channels: rows 0 and 1 of each column of the window, then row 2 of columns 0 and
 /// 1, then row 2 of column 2.
@@ -8416,17 +8713,42 @@ namespace detail {
 /// Number of inputs that one VNNI or NEON instruction multiplies per output.
 inline constexpr std::size_t gemm_group = 4;
 
-/// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
-struct panel_of_groups {
-    const std::uint8_t* const* segments;
+/// Arguments of gemm_u8() for one panel of outputs.
+///
+/// Value        type of the inputs
+/// Weights      position in the packed weights: a pointer, or a struct with a member skip(segment_count, lanes)
+/// group_size   number of inputs per group of the weights
+template <class Value, class Weights, std::size_t group_size>
+struct gemm_panel_of {
+    const Value* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
+    Weights weights;
     const std::int32_t* bias;
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
-    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+    gemm_panel_of(const gemm_u8_weights& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
+                  std::size_t pixel_count, std::uint8_t* to)
+        : segments(of_first_pixel),
+          segment_count(packed.segments),
+          groups(groups_of(packed.inputs, group_size)),
+          pixel_stride(stride),
+          pixels(pixel_count),
+          weights(values),
+          bias(packed.bias.data()),
+          result(to),
+          outputs(packed.outputs) {}
+
+    const Value* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
+
+    /// Advances to the next panel.
+    void skip(std::size_t lanes) {
+        bias += lanes, result += lanes;
+        if constexpr (std::is_pointer_v<Weights>)
+            weights += segment_count * groups * lanes * group_size;
+        else
+            weights.skip(segment_count, lanes);
+    }
 };
 
 /// Layout of the weights of a single output, in the order of the inputs; pads each segment to a multiple of `lanes`. Panels of
@@ -8615,27 +8937,18 @@ LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 struct gemm_terms {
     const std::uint32_t* order;
     const std::int8_t* values;
-};
 
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, pixel_stride, pixels;
-    gemm_terms weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
-    void skip(std::size_t lanes) {
+    /// Advances to the next panel.
+    void skip(std::size_t segment_count, std::size_t lanes) {
         for (std::size_t s = 0; s < segment_count; ++s) {
-            const std::size_t terms = 2 * weights.order[0] + weights.order[1];
-            weights.order += 2 + terms;
-            weights.values += terms * lanes * gemm_group;
+            const std::size_t terms = 2 * order[0] + order[1];
+            order += 2 + terms;
+            values += terms * lanes * gemm_group;
         }
     }
 };
 
+using gemm_panel = detail::gemm_panel_of<std::uint8_t, gemm_terms, gemm_group>;
 using gemm_vector = __m256i;
 [[gnu::always_inline]] inline __m256i load_bias(const std::int32_t* from) {
     return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
@@ -8749,9 +9062,7 @@ using gemm_half_kernel = gemm_kernel;
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
-//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
-//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
-//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_panel                     arguments of one panel, a detail::gemm_panel_of
 //     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
 //                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
 //                                    stores the results
@@ -8814,8 +9125,6 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
         panel.held = rest < lanes ? rest : lanes;
         panel_functions[output.zero_point == 0][vectors - 1](panel, output);
         rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += lanes;
         panel.skip(lanes);
     }
 }
@@ -8869,15 +9178,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
-                                           {segments,
-                                            weights.segments,
-                                            pixel_stride,
-                                            pixels,
-                                            {weights.order.data(), weights.narrow.data()},
-                                            weights.bias.data(),
-                                            result,
-                                            weights.outputs});
+    gemm_u8_panels<rectifier, requantizer>(
+        weights.outputs, weights.fast,
+        gemm_panel(weights, {weights.order.data(), weights.narrow.data()}, segments, pixel_stride, pixels, result));
 }
 
 LDI_END_TARGET
@@ -8899,7 +9202,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
-using gemm_panel = detail::panel_of_groups;
+using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -9001,9 +9304,7 @@ using gemm_half_kernel = gemm_kernel_of<true>;
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
-//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
-//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
-//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_panel                     arguments of one panel, a detail::gemm_panel_of
 //     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
 //                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
 //                                    stores the results
@@ -9066,8 +9367,6 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
         panel.held = rest < lanes ? rest : lanes;
         panel_functions[output.zero_point == 0][vectors - 1](panel, output);
         rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += lanes;
         panel.skip(lanes);
     }
 }
@@ -9124,10 +9423,8 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    gemm_u8_panels<rectifier, requantizer>(
-        weights.outputs, weights.fast,
-        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
-         weights.bias.data(), result, weights.outputs});
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
 }
 
 LDI_END_TARGET
@@ -9149,7 +9446,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
-using gemm_panel = detail::panel_of_groups;
+using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -9194,9 +9491,7 @@ using gemm_half_kernel = gemm_kernel;
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
-//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
-//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
-//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_panel                     arguments of one panel, a detail::gemm_panel_of
 //     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
 //                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
 //                                    stores the results
@@ -9259,8 +9554,6 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
         panel.held = rest < lanes ? rest : lanes;
         panel_functions[output.zero_point == 0][vectors - 1](panel, output);
         rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += lanes;
         panel.skip(lanes);
     }
 }
@@ -9277,9 +9570,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
-        weights.outputs, weights.fast,
-        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
-         weights.bias.data(), result, weights.outputs});
+        weights.outputs, weights.fast, gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
 }
 
 LDI_END_TARGET
@@ -9301,7 +9592,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 8, 7, 6};
 using detail::gemm_group;
-using gemm_panel = detail::panel_of_groups;
+using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::range_of(weights, weight_zero_point).max > 127 ? -1 : 1;
@@ -9387,9 +9678,7 @@ using gemm_half_kernel = gemm_kernel;
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
-//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
-//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
-//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_panel                     arguments of one panel, a detail::gemm_panel_of
 //     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
 //                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
 //                                    stores the results
@@ -9452,8 +9741,6 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
         panel.held = rest < lanes ? rest : lanes;
         panel_functions[output.zero_point == 0][vectors - 1](panel, output);
         rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += lanes;
         panel.skip(lanes);
     }
 }
@@ -9470,9 +9757,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<relu_requantizer, requantizer>(
-        weights.outputs, weights.output,
-        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
-         weights.bias.data(), result, weights.outputs});
+        weights.outputs, weights.output, gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
 }
 
 LDI_END_TARGET
@@ -9551,14 +9836,15 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    std::size_t segment_count, segment_stride, pixel_stride, pairs, max_pixels;
+    const std::int16_t* starts[gemm_u8_weights::max_segments];  // of the segments
+    std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
-          pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
-          pairs((weights.inputs + gemm_group - 1) / gemm_group) {
+          pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs) {
+        for (std::size_t s = 0; s < segment_count; ++s) starts[s] = values + s * segment_stride;
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
@@ -9577,21 +9863,7 @@ struct widened_pixels {
     }
 };
 
-/// Arguments of gemm_u8() for some pixels and one panel.
-struct gemm_panel {
-    const widened_pixels& input;
-    std::size_t segment_count, pixels;
-    const std::int16_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    const std::int16_t* segment(std::size_t s, std::size_t first) const {
-        return input.values + s * input.segment_stride + first * input.pixel_stride;
-    }
-    void skip(std::size_t lanes) { weights += segment_count * input.pairs * lanes * gemm_group; }
-};
-
+using gemm_panel = detail::gemm_panel_of<std::int16_t, const std::int16_t*, gemm_group>;
 using gemm_vector = v128_t;
 [[gnu::always_inline]] inline v128_t load_bias(const std::int32_t* from) { return wasm_v128_load(from); }
 
@@ -9637,8 +9909,8 @@ struct gemm_kernel {
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_segment(std::index_sequence<p...>, std::index_sequence<v...> vectors, v128_t* sums,
                                                    const std::int16_t* x, const gemm_panel& panel, const std::int16_t*& weights) {
-        const std::size_t pairs = panel.input.pairs, stride = panel.input.pixel_stride;
-        for (std::size_t pair = 0; pair < pairs; ++pair) {
+        const std::size_t groups = panel.groups, stride = panel.pixel_stride;
+        for (std::size_t g = 0; g < groups; ++g) {
             const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
             (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
             x += gemm_group;
@@ -9660,9 +9932,7 @@ using gemm_half_kernel = gemm_kernel;
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
-//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
-//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
-//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_panel                     arguments of one panel, a detail::gemm_panel_of
 //     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
 //                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
 //                                    stores the results
@@ -9725,8 +9995,6 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
         panel.held = rest < lanes ? rest : lanes;
         panel_functions[output.zero_point == 0][vectors - 1](panel, output);
         rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += lanes;
         panel.skip(lanes);
     }
 }
@@ -9747,9 +10015,8 @@ void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* 
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.max_pixels ? pixels - done : input.max_pixels;
         input.fill(weights, segments, pixel_stride, done, count);
-        const gemm_panel panel{
-            input,          weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
-            weights.outputs};
+        const gemm_panel panel(weights, weights.wide.data(), input.starts, input.pixel_stride, count,
+                               result + done * weights.outputs);
         if constexpr (is_unfused)
             gemm_u8_panels<requantizer<true>, requantizer<false>>(weights.outputs, weights.fast, panel);
         else
@@ -10034,6 +10301,7 @@ public:
         follow(strips.down, ribs);
     }
 
+    std::int32_t kernel_size() const { return 2 * radius_ + 1; }
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
     /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
@@ -10427,7 +10695,7 @@ struct basic_feature_map {
     /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
         : channels(channel_count),
-          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          values(checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
           zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
@@ -10456,17 +10724,15 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-namespace detail {
-
-/// Views a coarse map on the finer graph.
+/// Views a coarse map on the finer graph without a copy. Both arguments must outlive the view.
 ///
-/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel
+/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros
 template <class Value>
-basic_feature_view<Value> view_through(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
-
-}  // namespace detail
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, std::span<const std::int32_t>) = delete;
 
 /// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
 /// parent. Both arguments must outlive the view. Raises mismatch unless `coarse` has one pixel per pixel of the coarse graph.
@@ -10476,7 +10742,7 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
     if (coarse.pixels() != by.kept().size())
         raise(error_code::mismatch, "upsample", std::to_string(by.kept().size()) + " pixels", std::to_string(coarse.pixels()));
-    return detail::view_through(coarse, by.parent());
+    return upsample(coarse, std::span<const std::int32_t>(by.parent()));
 }
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&) = delete;
@@ -10536,7 +10802,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
 /// Result value that represents zero.
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
-    if constexpr (std::is_same_v<Result, std::uint8_t>)
+    if constexpr (std::is_same_v<Result, typename Weights::value_type>)
         return weights.result_zero_point;
     else
         return Result{};
@@ -10922,6 +11188,38 @@ public:
 private:
     conv_f32_weights weights_;
     bool is_partial_;
+};
+
+}}  // namespace ldi
+
+// ---- ldi/nn/ldi/convolution_planner.hpp
+// Plans several convolutions on one graph. The plans share the search for pixels with ordinary windows, which takes most of the
+// planning time.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Returns the same plans as plan_convolution(). Consecutive plans of one kernel size cost less.
+class convolution_planner {
+public:
+    /// The graph must outlive the planner.
+    explicit convolution_planner(const graph_view& g) : g_(g), strips_(g) {}
+
+    /// Same parameters and errors as plan_convolution().
+    convolution_plan plan(std::int32_t kernel_size) { return detail::plan_all(g_, kernel_size, regular(kernel_size)); }
+    convolution_plan plan(std::int32_t kernel_size, const level_map& map) {
+        return detail::plan_kept(g_, kernel_size, map, regular(kernel_size));
+    }
+
+private:
+    const detail::regular_pixels& regular(std::int32_t kernel_size) {
+        detail::check_kernel_size(kernel_size);
+        if (!regular_ || regular_->kernel_size() != kernel_size) regular_.emplace(g_, kernel_size, strips_);
+        return *regular_;
+    }
+
+    graph_view g_;
+    detail::link_strips strips_;
+    std::optional<detail::regular_pixels> regular_;  // for the last kernel size
 };
 
 }}  // namespace ldi
@@ -11598,12 +11896,12 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
+}  // namespace detail
 
 /// Returns the name of a tensor in messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
-    return place_in(from.where, "tensor " + printable(name));
+    return detail::place_in(from.where, "tensor " + detail::printable(name));
 }
-}  // namespace detail
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
@@ -11612,13 +11910,13 @@ template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
     const auto found = from.tensors.find(name);
-    if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
+    if (found == from.tensors.end()) raise(error_code::mismatch, tensor_place(from, name), expected, "no such tensor");
     const auto* const values = std::get_if<buffer<Scalar>>(&found->second.values);
     if (values == nullptr || found->second.shape != shape) {
         const std::string_view type =
             std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
                        found->second.values);
-        raise(error_code::mismatch, detail::tensor_place(from, name), expected,
+        raise(error_code::mismatch, tensor_place(from, name), expected,
               std::string(type) + ", " + shape_text(found->second.shape));
     }
     return *values;
@@ -11631,7 +11929,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
+            raise(error_code::mismatch, tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
     }
 }
 
@@ -12771,38 +13069,6 @@ inline network_description read_quantized_network(const named_tensors& file) {
 
 }}  // namespace ldi
 
-// ---- ldi/core/other_bytes.hpp
-// Visits the few values of a byte column that differ from the usual value, such as the unknown pixels of a photo.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Calls see(i) for each i with values[i] != usual, in ascending order. Skips eight usual values at a time.
-template <class See>
-void for_each_other_byte(array_view<const std::uint8_t> values, std::uint8_t usual, See&& see) {
-    const std::uint8_t* const value = values.data();
-    const std::int32_t count = values.count();
-    std::uint64_t all_usual = 0;
-    std::memset(&all_usual, usual, sizeof(all_usual));
-    std::int32_t i = 0;
-    for (std::uint64_t word = 0; i + 8 <= count; i += 8) {
-        std::memcpy(&word, value + i, sizeof(word));
-        for (std::int32_t k = i; word != all_usual && k < i + 8; ++k)
-            if (value[k] != usual) see(k);
-    }
-    for (; i < count; ++i)
-        if (value[i] != usual) see(i);
-}
-
-/// Calls see(i) for each i with known[i] == 0, in ascending order.
-template <class See>
-void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
-    for_each_other_byte(known, 1, [&](std::int32_t i) {
-        if (known[i] == 0) see(i);
-    });
-}
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/networks/detail/network_tensors.hpp
 // Reads values and quantizations from the tensors of a weight file.
 
@@ -13079,11 +13345,12 @@ struct farbrausch_level {
 
 /// Plans all levels, from the finest to the coarsest.
 ///
-/// finest   level 0, in canonical order
+/// finest   level 0, a graph or graph_view in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
 /// wanted   one per pixel of `finest`, nonzero where the network's result is requested
-inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
-                                                std::span<const std::uint8_t> wanted) {
+template <class Graph>
+buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const std::int32_t> kernels,
+                                         std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
@@ -13092,13 +13359,12 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         const graph_view g = i == 0 ? finest : graph_view(coarse);
         farbrausch_level& level = levels[i];
         level.pixel_count = g.size();
-        const link_strips strips(g);
-        const regular_pixels regular(g, 3, strips);
-        level.average = plan_all(g, 3, regular);
+        convolution_planner planner(g);
+        level.average = planner.plan(3);
         if (i == depth) break;
-        coarsened next = coarsen_sound(g, orphan_rule::stay);
-        level.average_coarse = plan_kept(g, 3, next.map, regular);
-        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next.map, regular_pixels(g, kernels[i], strips));
+        coarsened next = i == 0 ? coarsen(finest) : coarsen(coarse);
+        level.average_coarse = planner.plan(3, next.map);
+        if (kernels[i] != 3) encode[i] = planner.plan(kernels[i], next.map);
         level.above = std::move(next.map).parent();
         coarse = std::move(next.topology);
     }
@@ -13166,7 +13432,7 @@ struct masked_map {
     ///
     /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = view_through(map, rows);
+        basic_feature_view<Value> result = upsample(map, rows);
         result.mask = mask;
         return result;
     }
@@ -13531,7 +13797,7 @@ private:
 // ---- ldi/networks/farbrausch.hpp
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net, trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md describes the network step by step;
-// io/farbrausch_file.hpp loads its weights. The same class runs PartialConv, the full-size network that the paper compares with
+// io/weight_files.hpp loads its weights. The same class runs PartialConv, the full-size network that the paper compares with
 // (networks/inpainting_architecture.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -13654,7 +13920,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     const bool has_masks = architecture_.missing == missing_colors::masked;
     const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
         features result;
-        result.map = {plan.output_count(), weights.outputs, detail::zero_of_results<value_type>(weights)};
+        result.map = {plan.output_count(), weights.outputs, weights.result_zero_point};
         if (has_masks) result.mask.resize(plan.output_count());
         convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
         return result;
@@ -13690,7 +13956,7 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
     const buffer<float> values = colors(layers, wanted, progress, threads);
     const auto color = layers.template column<color_column>();
     std::size_t next = 0;
-    detail::for_each_unknown(known, [&](std::int32_t i) {
+    for_each_unknown(known, [&](std::int32_t i) {
         for (std::size_t c = 0; c < output_channels; ++c)
             color[3 * static_cast<std::size_t>(i) + c] = detail::rounded_to_byte(255.0F * values[next++]);
     });
@@ -13717,7 +13983,7 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 // ---- ldi/networks/silhouettes.hpp
 // The silhouette network decides which of the two surfaces a pixel near a sharp disparity step belongs to. It is a small U-Net
 // in 8-bit arithmetic that computes only the region around the steps. examples/training/silhouettes/README.md defines its input
-// and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
+// and its layers; io/weight_files.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13854,7 +14120,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
     const auto with_coarser = [&](const map& coarser, std::size_t l) {
-        return detail::view_through(coarser, std::span(levels[l].parent));
+        return upsample(coarser, std::span<const std::int32_t>(levels[l].parent));
     };
 
     map read(0, input_channels, input_zero_);
@@ -14202,7 +14468,7 @@ struct plane_curve {
 // Computes the points and directions of a traced curve.
 //
 // reach  number of corners on either side to average
-inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
+inline plane_curve make_plane_curve(const traced_curve& t, const corner_map& lattice, std::int32_t reach) {
     const std::int32_t count = t.corners.count(), period = count - 1;  // the last corner of a closed curve equals its first
     plane_curve result;
     for (std::int32_t corner : t.corners)
@@ -14284,7 +14550,7 @@ class band {
 public:
     // radius  number of uncertain pixels on each side of the curve; beyond them, up to `radius` more pixels on each side supply
     //         the color models of front and back
-    band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
+    band(const plane_curve& curve, const traced_curve& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
         rows_.resize(curve.corners.size());
@@ -14488,7 +14754,7 @@ private:
     buffer<float> costs_;
 };
 
-inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const corner_map& lattice, float stiffness) {
+inline buffer<std::int32_t> cheapest_cut(const band& b, const traced_curve& t, const corner_map& lattice, float stiffness) {
     band_cut cut(b, stiffness, t.is_closed);
     if (!t.is_closed) {
         if (!lattice.on_border(t.corners.front())) cut.fix(0, 0);
@@ -14504,7 +14770,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
     return result;
 }
 
-// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `trace::sides`.
+// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `traced_curve::sides`.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -14562,7 +14828,7 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
 
 // Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
 // third surfaces do not change.
-inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
+inline void change_sides(const traced_curve& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
     const std::size_t width = before.width();
@@ -14576,16 +14842,16 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
 }
 
 // Traces the curves that may move: those with at least `min_length` sides.
-inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
+inline buffer<traced_curve> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
-    tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+    curve_tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
     curves.prune_spurs(min_length);
-    buffer<trace> result;
-    curves.for_each_curve([&](trace t) {
+    buffer<traced_curve> result;
+    curves.for_each_curve([&](traced_curve t) {
         if (t.sides.size() >= min_length) result.push_back(std::move(t));
     });
     return result;
@@ -14621,7 +14887,7 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
     if (radius == 0 || photo.empty()) return;
     const image<float> before{image_view<const float>(disparity)};
-    const buffer<trace> traces = long_curves(before, surface, options.min_length);
+    const buffer<traced_curve> traces = long_curves(before, surface, options.min_length);
     buffer<buffer<swept_pixel>> swept(traces.size());
     const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
@@ -16405,7 +16671,7 @@ struct discontinuity_curve {
 namespace detail::curves {
 
 // For every curve, counts the sides of all curves connected to it through junctions.
-inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
+inline buffer<std::size_t> group_lengths(const buffer<traced_curve>& traces) {
     buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and a curve that ends there
     for (std::int32_t i = 0; i < traces.count(); ++i)
         if (!traces[i].is_closed) ends.emplace_back(traces[i].corners.front(), i), ends.emplace_back(traces[i].corners.back(), i);
@@ -16421,10 +16687,10 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 // Returns the smallest length, at least `min_length`, for which all curves of at least this length have at most `max_sides` sides
 // together; 0 if all curves fit.
-inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides, std::size_t min_length) {
+inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max_sides, std::size_t min_length) {
     if (tracer.corners().side_count() <= max_sides) return 0;
     buffer<std::size_t> sides;  // per length of a curve: sides of all such curves
-    tracer.for_each_curve([&](const trace& t) {
+    tracer.for_each_curve([&](const traced_curve& t) {
         if (t.sides.size() >= sides.size()) sides.resize(t.sides.size() + 1);
         sides[t.sides.size()] += t.sides.size();
     });
@@ -16441,7 +16707,12 @@ namespace detail {
 /// one, and constraints start inside the lattice and have directions.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
                          const char* where) {
-    const auto fail = [where] { raise(error_code::mismatch, where, "curves of this layer", "curves of another one"); };
+    const auto refuse = [&](const discontinuity_curve& c, const std::string& found) {
+        raise(error_code::mismatch, where,
+              "curves that follow the missing links of a layer of " + std::to_string(g.width()) + " x " +
+                  std::to_string(g.height()),
+              "curve " + std::to_string(&c - curves.data()) + " with " + found);
+    };
     const float width = nearest_float(g.width()), height = nearest_float(g.height());
     const auto is_direction = [](float x, float y) {
         const float length = vector_length(x, y);
@@ -16453,12 +16724,12 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
             if (!is_inside || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
                 g.y()[d.back] + step_y(d.toward_front) != g.y()[d.front] || g.neighbor(d.back, d.toward_front) != no_pixel ||
                 disparity[d.front] < disparity[d.back])
-                fail();
+                refuse(c, "a side between pixels " + std::to_string(d.back) + " and " + std::to_string(d.front));
         }
         for (const growth_constraint& e : c.constraints)
             if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height && is_direction(e.outward_x, e.outward_y) &&
                   is_direction(e.perpendicular_x, e.perpendicular_y)))
-                fail();
+                refuse(c, "a constraint at (" + to_text(e.x) + ", " + to_text(e.y) + ")");
     }
 }
 
@@ -16484,10 +16755,10 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();
-    detail::curves::tracer tracer(g.width(), g.height(), disparity.data(), surface,
-                                  [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
+    curve_tracer tracer(g.width(), g.height(), disparity.data(), surface,
+                        [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
     tracer.prune_spurs(options.min_length);
-    const detail::curves::corner_map& corners = tracer.corners();
+    const corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
         if (options.constraints == constrained_ends::none || corners.on_border(corner)) return false;
@@ -16497,7 +16768,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !surface.same_surface(disparity[last.back], farthest);
     };
-    const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
+    const auto constraint_at = [&](const traced_curve& t, bool at_start) {
         const std::size_t length = (std::min)(options.tangent_length, t.sides.size());
         const std::size_t last = t.corners.size() - 1;
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
@@ -16518,16 +16789,16 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const std::size_t max_sides = (std::min)(
         options.max_sides, static_cast<std::size_t>(options.max_density * detail::nearest_float(layer.topology().size())));
     const std::size_t shortest = detail::curves::min_length_within(tracer, max_sides, options.min_length);
-    buffer<detail::curves::trace> traces;
+    buffer<traced_curve> traces;
     std::size_t kept = 0;
-    tracer.for_each_curve([&](detail::curves::trace t) {
+    tracer.for_each_curve([&](traced_curve t) {
         if (t.sides.size() >= shortest) kept += t.sides.size(), traces.push_back(std::move(t));
     });
     if (dropped_sides != nullptr) *dropped_sides = corners.side_count() - kept;
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
         if (lengths[i] < options.min_length) continue;
-        detail::curves::trace& t = traces[i];
+        traced_curve& t = traces[i];
         discontinuity_curve curve;
         curve.is_closed = t.is_closed;
         if (!t.is_closed) {
@@ -16733,10 +17004,10 @@ public:
           curves_(curves),
           merges_curves_(merges_curves),
           reach_(disparity.size(), 0.0F) {
-        pixels_per_disparity_ = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity_;
+        parallax_ = max_parallax(pixels_.width(), pixels_.height(), motion);
+        const float margin = half_pixels + mesh_pixels + mesh_disparity * parallax_;
         const auto raise_reach = [&](std::int32_t back, float step) {
-            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity_ + margin);
+            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * parallax_ + margin);
         };
         for (const discontinuity_curve& curve : curves) {
             const std::int32_t last = curve.sides.count() - 1;
@@ -16802,9 +17073,6 @@ private:
     // Growth is measured from the center of a pixel at the silhouette to the far edge of the last pixel that is at least partly
     // uncovered. It therefore exceeds the parallax by up to three half pixels.
     static constexpr float half_pixels = 1.5F;
-    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
-    // disparities on either side by a few hundredths.
-    static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
     // Distance along a curve, in pixel sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
@@ -16910,7 +17178,7 @@ private:
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
         const float receded = pixels_.disparity(origin) - disparity;
-        return reach_[origin] + receded * pixels_per_disparity_ - std::sqrt(dx * dx + dy * dy);
+        return reach_[origin] + receded * parallax_ - std::sqrt(dx * dx + dy * dy);
     }
 
     // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
@@ -16977,7 +17245,7 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    float pixels_per_disparity_ = 0.0F;    // parallax in pixels of a disparity of 1
+    float parallax_ = 0.0F;                // maximum parallax in pixels of a disparity of 1
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
@@ -17803,17 +18071,13 @@ enum class photo_frame : std::uint8_t {
 /// camera  camera that took the photo
 /// motion  photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline may be off by a pixel, and
-    // disparities by a few hundredths.
-    constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
-    const float width = detail::nearest_float(camera.width);
-    const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
+    const float parallax = max_parallax(camera.width, camera.height, motion);
     // In a stereo pair, the window is at the nearest surface, and each eye's view shifts by at most a sixtieth of the width
     // (render/stereo.hpp).
-    const float eye = (std::min)(0.5F * pixels_per_disparity, width / 60.0F);
+    const float eye = (std::min)(0.5F * parallax, detail::nearest_float(camera.width) / 60.0F);
     const float d = std::clamp(disparity, 0.0F, 1.0F);
-    return (std::max)(std::abs(d - window_disparity) * pixels_per_disparity, (1.0F - d) * eye) + mesh_pixels +
-           mesh_disparity * pixels_per_disparity;
+    return (std::max)(std::abs(d - window_disparity) * parallax, (1.0F - d) * eye) + mesh_pixels +
+           mesh_disparity * parallax;
 }
 
 namespace detail {
@@ -18182,7 +18446,7 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
     std::int32_t next = 0;
-    detail::for_each_unknown(layers.template column<known_column>(), [&](std::int32_t i) {
+    for_each_unknown(layers.template column<known_column>(), [&](std::int32_t i) {
         const float grain = options.strength * around[next++] * detail::grain_at(g.x()[i], g.y()[i]);
         for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
     });
@@ -19197,7 +19461,7 @@ namespace detail {
 /// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if the two look
 /// alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float min_contrast = 40.0F;  // default of mixed_color_options::contrast
+    constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
@@ -19261,13 +19525,13 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
         const uncertain_rim* rim;
     };
     buffer<rim_pixel> marked;
-    detail::for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
+    for_each_other_byte(layers.template column<rim_column>(), 0, [&](std::int32_t i) {
         const auto position = static_cast<std::int32_t>(layers.topology().position_of(i));
         const auto rim =
             std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
         if (rim == rims.end() || rim->position != position)
-            raise(error_code::mismatch, "restore_rims", "rims of these layers",
-                  std::to_string(rims.size()) + " rims of other layers");
+            raise(error_code::mismatch, "restore_rims", "a rim for position " + std::to_string(position),
+                  std::to_string(rims.size()) + " rims without it");
         marked.push_back({i, &*rim});
     });
     for (const auto& [pixel, rim] : marked) {
@@ -19335,19 +19599,25 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     return different == 0 && outside >= 0;
 }
 
+}  // namespace detail
+
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
+    const auto refuse = [&](const std::string& found) {
+        raise(error_code::mismatch, where, "a partition of " + std::to_string(g.size()) + " pixels into charts", found);
+    };
+    if (charts.chart_of.size() != g.size()) refuse("chart_of for " + std::to_string(charts.chart_of.size()) + " pixels");
     std::size_t count = 0;
-    bool fits = charts.chart_of.size() == g.size();
-    for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
-        count += charts.charts[c].pixels.size();
-        fits = fits_box(charts.charts[c], c, charts.chart_of, g);
+    for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
+        const chart& box = charts.charts[c];
+        count += box.pixels.size();
+        if (!detail::fits_box(box, c, charts.chart_of, g))
+            refuse("chart " + std::to_string(c) + ", whose pixels are not ascending, not in its box of " +
+                   std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
+                   std::to_string(box.y) + "), or not assigned to it by chart_of");
     }
-    if (!fits || count != g.size())
-        raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
+    if (count != g.size()) refuse("charts of " + std::to_string(count) + " pixels");
 }
-
-}  // namespace detail
 
 }}  // namespace ldi
 
@@ -19955,6 +20225,8 @@ public:
     ///
     /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
     ///       from every side. Colors of texels that remain empty do not change
+    ///
+    /// Raises mismatch if two pixels of the chart have the same position.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -19990,9 +20262,20 @@ private:
 
     void draw_own(const chart& c, chart_placement placement) {
         for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            unsigned taken = 0;  // without branches, so that the compiler can vectorize the loop
+            for (std::ptrdiff_t t = texel; t < texel + count; ++t) taken |= static_cast<unsigned>(kind_[t] != texel_kind::empty);
+            if (taken != 0) refuse_overlap(pixel, texel);
             std::copy_n(kind_of_ + pixel, count, kind_ + texel);
             std::copy_n(colors_ + 3 * std::ptrdiff_t{pixel}, 3 * count, color_ + 3 * texel);
         });
+    }
+
+    /// Raises mismatch for the first of a run of pixels whose texel belongs to an earlier pixel.
+    [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
+        for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
+        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
+              "a chart with pixel " + std::to_string(pixel) + " and an earlier one at (" + std::to_string(graph_.x()[pixel]) +
+                  ", " + std::to_string(graph_.y()[pixel]) + ")");
     }
 
     void copy_color(std::ptrdiff_t texel, std::int32_t pixel) {
@@ -20155,15 +20438,15 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
 /// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding
-/// below 1, mismatch for charts of another image. Time is linear in pixels and texels, except for packing, which is
-/// proportional to the number of charts times the number of their different sizes. Memory is up to 32 bytes per pixel and per
-/// texel.
+/// below 1, mismatch for charts of another image or with two pixels at one position. Time is linear in pixels and texels, except
+/// for packing, which is proportional to the number of charts times the number of their different sizes. Memory is up to 32 bytes
+/// per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
-    detail::check_charts(charts, layers.topology(), "make_atlas");
+    check_charts(charts, layers.topology(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;
@@ -20613,7 +20896,14 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
         atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
         !is_of(worked_on, layout.down.layers, layout.across.layers))
-        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures of this layout", "other inputs");
+        raise(error_code::mismatch, "draw_sheet",
+              "a sheet above 0 and below " + std::to_string(layout.sizes.size()) + ", " +
+                  std::to_string(layout.placements.size()) + " charts and placements, a photo of " +
+                  std::to_string(layout.down.photo) + " x " + std::to_string(layout.across.photo) + " x 3 and one of " +
+                  std::to_string(layout.down.layers) + " x " + std::to_string(layout.across.layers) + " x 3",
+              "sheet " + std::to_string(sheet) + ", " + std::to_string(charts.charts.size()) + " charts, " +
+                  std::to_string(atlas.placements.size()) + " placements, " + detail::shape_text(photo) + " and " +
+                  detail::shape_text(worked_on));
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
@@ -21076,6 +21366,30 @@ inline chart_outlines trace_outlines(const graph_view& g, std::span<const float>
 }
 
 }}  // namespace ldi
+
+// ---- ldi/mesh/detail/outline_normals.hpp
+// Normals of outlines, along which hems and soft edges extend a chart.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A vector in the plane of the lattice, in pixels.
+struct plane_vector {
+    float x = 0, y = 0;
+
+    float length() const { return vector_length(x, y); }
+    friend plane_vector operator+(plane_vector a, plane_vector b) { return {a.x + b.x, a.y + b.y}; }
+    friend plane_vector operator/(plane_vector a, float divisor) { return {a.x / divisor, a.y / divisor}; }
+};
+
+/// Returns the unit normal of an edge of an outline, out of the chart, which lies to the right of the edge. Returns the zero
+/// vector for an edge between equal corners.
+inline plane_vector outward_normal(const outline_corner& from, const outline_corner& to) {
+    const plane_vector normal{nearest_float(to.y - from.y), -nearest_float(to.x - from.x)};
+    const float length = normal.length();
+    return length > 0 ? normal / length : plane_vector{};
+}
+
+}}}  // namespace ldi::detail
 
 // ---- ldi/mesh/polygon.hpp
 // Polygons with holes and inner polylines, and their triangulations: input and output of the sweep (triangulate.hpp).
@@ -22726,7 +23040,7 @@ public:
     hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
                const photo_facts& facts)
         : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
-        parallax_ = facts.motion * nearest_float((std::max)(facts.camera.width, facts.camera.height));
+        parallax_ = max_parallax(facts.camera.width, facts.camera.height, facts.motion);
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
     }
 
@@ -22743,24 +23057,22 @@ public:
     }
 
 private:
-    /// Margin in pixels for the outlines of both surfaces, each of which may be off by a pixel (mesh/simplify.hpp).
-    static constexpr float mesh_pixels = 2.0F;
     /// Maximum distance in disparity of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees
     /// past a hem if the parallax of this distance exceeds the hem's width, so narrow hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
-    /// Maximum width in pixels, the default padding of the atlas (texture/padding.hpp).
-    static constexpr float max_width = 4.0F;
+    /// Maximum width in pixels. The texture of a hem is the chart's padding in the atlas, so a hem is no wider than the default
+    /// padding.
+    static constexpr float max_width = static_cast<float>(padding_options{}.filter_padding);
+    static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
+                  mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
     /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
 
-    struct vector {
-        float x = 0, y = 0;
-    };
     struct end {
         std::int32_t corner;  // index in flat_mesh::open_corners
         float disparity;
-        vector from, outward;  // start of the hem, and unit vector out of the chart
+        plane_vector from, outward;  // start of the hem, and unit vector out of the chart
     };
     struct hidden_pixel {
         std::int64_t position;
@@ -22778,31 +23090,25 @@ private:
         return inside ? std::int64_t{y} * graph_.width() + x : -1;
     }
 
-    /// Returns the direction from one corner to the next.
-    vector direction(std::int32_t i) const {
-        const float dx = nearest_float(corner(i + 1).x - corner(i).x), dy = nearest_float(corner(i + 1).y - corner(i).y);
-        const float length = vector_length(dx, dy);
-        return length > 0 ? vector{dx / length, dy / length} : vector{};
-    }
-
     /// Appends the corners of a piece at which a hidden surface ends.
     void find_ends(std::int32_t piece) {
         const std::int32_t first = flat_.first_open_corner[piece], last = flat_.first_open_corner[piece + 1] - 1;
         if (last <= first) return;
         const bool is_closed = flat_.open_corners[first] == flat_.open_corners[last];
+        const auto normal_after = [&](std::int32_t i) { return outward_normal(corner(i), corner(i + 1)); };
         for (std::int32_t i = first; i <= last; ++i) {
-            const vector after = direction(i < last ? i : is_closed ? first : last - 1);
-            const vector before = direction(i > first ? i - 1 : is_closed ? last - 1 : first);
-            vector along{before.x + after.x, before.y + after.y};
-            if (vector_length(along.x, along.y) < 0.5F) along = before;  // a spike: its edges run in almost opposite directions
-            const float length = vector_length(along.x, along.y);
+            const plane_vector after = normal_after(i < last ? i : is_closed ? first : last - 1);
+            const plane_vector before = normal_after(i > first ? i - 1 : is_closed ? last - 1 : first);
+            plane_vector normal = before + after;
+            if (normal.length() < 0.5F) normal = before;  // a spike: its edges run in almost opposite directions
+            const float length = normal.length();
             if (!(length > 0)) continue;
             // Several surfaces may share the ends of an open piece; half a pixel along the edge, there is only one.
             const float step = is_closed || (i > first && i < last) ? 0.0F : i == first ? 0.5F : -0.5F;
-            const vector from{nearest_float(corner(i).x) + step * along.x / length,
-                              nearest_float(corner(i).y) + step * along.y / length};
+            const plane_vector from{nearest_float(corner(i).x) - step * normal.y / length,
+                                    nearest_float(corner(i).y) + step * normal.x / length};
             const float disparity = corner(step > 0 ? first + 1 : step < 0 ? last - 1 : i).disparity;
-            const end e{i, disparity, from, {along.y / length, -along.x / length}};  // the chart lies to the right
+            const end e{i, disparity, from, normal / length};
             if (is_hidden(e)) ends_.push_back(e);
         }
     }
@@ -22888,7 +23194,7 @@ private:
     array_view<const float> disparity_;
     const image<float>& visible_;
     float max_step_;
-    float parallax_ = 0;  // parallax in pixels of a disparity of 1
+    float parallax_ = 0;  // maximum parallax in pixels of a disparity of 1
     float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
     buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position
@@ -22957,9 +23263,11 @@ void check_triangles(const Mesh& mesh) {
             raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
                   "vertex " + std::to_string(vertex));
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
-        for (const float value : *values)
+        for (const float& value : *values)
             if (!std::isfinite(value))
-                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
+                raise(error_code::invalid_data, "mesh", "finite coordinates",
+                      to_text(value) + " at index " + std::to_string(&value - values->data()) + " of " +
+                          (values == &mesh.positions ? "positions" : "texture_coordinates"));
 }
 
 }  // namespace detail
@@ -22979,7 +23287,9 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
         if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
             (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
             raise(error_code::invalid_data, "mesh", "parts one after the other, from the first vertex to the last",
-                  "part " + std::to_string(t));
+                  "part " + std::to_string(t) + " from vertex " + std::to_string(first.first_vertex) + " to " +
+                      std::to_string(last.first_vertex) + " and from triangle " + std::to_string(first.first_triangle) + " to " +
+                      std::to_string(last.first_triangle));
         for (std::size_t i = 3 * first.first_triangle; i < 3 * last.first_triangle; ++i)
             if (mesh.triangles[i] < first.first_vertex || mesh.triangles[i] >= last.first_vertex)
                 raise(error_code::invalid_data, "mesh", "triangles of their part's vertices",
@@ -23054,9 +23364,6 @@ private:
         float disparity;
         std::uint32_t a, b, outer_a, outer_b;
     };
-    struct vector {
-        float x = 0, y = 0;
-    };
     /// Opacity at the edge of the mesh, where the surface covers half of a pixel. Higher values thicken outlines: on the views
     /// of bench/quality, 255 costs 0.8 dB within two pixels of the outlines.
     static constexpr std::uint8_t opacity_at_edge = 128;
@@ -23094,13 +23401,13 @@ private:
         float step_before = corners_.empty() ? 0.0F : step_at(corner(0));
         for (std::int32_t i = 0; i < edge_count(); ++i) {
             const outline_corner &a = corner(i), &b = corner(i + 1);
-            const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = vector_length(dx, dy);
+            const bool has_length = a.x != b.x || a.y != b.y;
             const bool on_border =
                 (a.x == b.x && (a.x == 0 || a.x == camera_.width)) || (a.y == b.y && (a.y == 0 || a.y == camera_.height));
             const float step_after = step_at(b);
-            const bool has_step = length > 0 && !on_border && step_before > 0 && step_after > 0;
+            const bool has_step = has_length && !on_border && step_before > 0 && step_after > 0;
             steps_.push_back(has_step ? 0.5F * (step_before + step_after) : 0.0F);
-            normals_.push_back(length > 0 ? vector{dy / length, -dx / length} : vector{});  // the chart lies to the right
+            normals_.push_back(outward_normal(a, b));
             step_before = step_after;
         }
     }
@@ -23109,7 +23416,7 @@ private:
 
     /// Integrates the matte outward from the edge. Beyond the edge, the matte is the foreground's share in the colors of the
     /// background.
-    float matte_beyond(const outline_corner& c, vector normal) const {
+    float matte_beyond(const outline_corner& c, plane_vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
@@ -23123,15 +23430,15 @@ private:
 
     /// Computes the offset from each corner of the edge to the outer end of the strip.
     void find_rims() {
-        rims_.assign(corners_.size(), vector{});
+        rims_.assign(corners_.size(), plane_vector{});
         const std::int32_t last = edge_count();
         for (std::int32_t i = 0; i < corners_.count(); ++i) {
             const std::int32_t before = i > 0 ? i - 1 : is_closed_ ? last - 1 : -1, after = i < last ? i : is_closed_ ? 0 : -1;
             if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
-            const vector sum{normals_[before].x + normals_[after].x, normals_[before].y + normals_[after].y};
+            const plane_vector sum = normals_[before] + normals_[after];
             const float squared = sum.x * sum.x + sum.y * sum.y;
             if (squared < 0.5F) continue;  // the edges form a spike
-            const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
+            const plane_vector normal = sum / std::sqrt(squared);
             // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
@@ -23160,7 +23467,7 @@ private:
         return vertices_[i];
     }
 
-    std::uint32_t add_vertex(const outline_corner& c, vector offset, std::uint8_t opacity) {
+    std::uint32_t add_vertex(const outline_corner& c, plane_vector offset, std::uint8_t opacity) {
         const float x = nearest_float(c.x) + offset.x, y = nearest_float(c.y) + offset.y;
         const std::array<float, 3> point = camera_.unproject(x, y, range_.depth(std::clamp(c.disparity, 0.0F, 1.0F)));
         strip_.positions.append(point.begin(), point.end());
@@ -23182,8 +23489,8 @@ private:
     float min_step_ = 0;
     buffer<std::int32_t> corners_;  // corners of the piece
     buffer<float> steps_;           // per edge: step in disparity to the surface behind it; 0 if hard
-    buffer<vector> normals_;        // outward normals of its edges
-    buffer<vector> rims_;           // per corner: offset to the outer end of the strip
+    buffer<plane_vector> normals_;  // outward normals of its edges
+    buffer<plane_vector> rims_;     // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
     soft_edge_strip strip_;
@@ -23439,7 +23746,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     detail::check_facts(facts);
     if (!charts.charts.empty() && atlas.color.empty())
         raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
-    detail::check_charts(charts, g, "build_mesh");
+    check_charts(charts, g, "build_mesh");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
     const soft_edge_options& soft = options.soft_edges;
@@ -23526,11 +23833,13 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         constexpr float tolerance = 0.25F;  // pixels; far above the rounding errors of float positions
         if (around.count == 0 || std::abs(seen[0] - x) > tolerance || std::abs(seen[1] - y) > tolerance)
             raise(error_code::mismatch, "gather", "vertices at corners of their pixels, as this camera sees them",
-                  "vertex " + std::to_string(v) + " elsewhere");
+                  "vertex " + std::to_string(v) + " at (" + detail::to_text(seen[0]) + ", " + detail::to_text(seen[1]) +
+                      "), for pixel " + std::to_string(mesh.pixels[v]) + " at (" + std::to_string(g.x()[mesh.pixels[v]]) + ", " +
+                      std::to_string(g.y()[mesh.pixels[v]]) + ")");
         std::array<scalar, 4 * Column::channels> values{};
         for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
-        const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
+        const auto at_vertex = vertex_values<Column>({{values.data(), around.count * Column::channels}});
         std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
     }
     return result;
@@ -23591,8 +23900,13 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
         layout.placements.size() != charts.charts.size() || layout.sizes.empty())
-        raise(error_code::mismatch, "move_to_sheets", "a mesh with one texture, and a layout for its charts",
-              "inputs that don't fit together");
+        raise(error_code::mismatch, "move_to_sheets",
+              "a mesh without parts, a pixel per vertex, and " + std::to_string(charts.charts.size()) +
+                  " charts in the atlas and the layout",
+              std::to_string(mesh.parts.size()) + " parts, " + std::to_string(mesh.vertex_count()) + " vertices, " +
+                  std::to_string(mesh.pixels.size()) + " pixels, " + std::to_string(atlas.placements.size()) +
+                  " charts in the atlas, and " + std::to_string(layout.placements.size()) + " on " +
+                  std::to_string(layout.sizes.size()) + " textures");
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
@@ -23824,7 +24138,7 @@ inline float reach_within_motion(const std::array<float, 3>& direction, const pi
                                  float motion, float max_reach) {
     const auto [x, y, z] =
         within_motion({max_reach * direction[0], max_reach * direction[1], max_reach * direction[2]}, camera, range, motion);
-    return std::hypot(x, y, z);
+    return vector_length(vector_length(x, y), z);
 }
 
 /// Evaluates at `t` the cubic over [0, 1] with the given ends and slopes (Hermite).
@@ -23978,14 +24292,6 @@ using screen_triangle = std::array<screen_vertex, 3>;
 /// Returns twice the area; positive if the triangle is clockwise on the screen.
 inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
-}
-
-/// Makes a triangle clockwise. Returns false if it is not drawn, because it has no area, or shows its back without
-/// `both_sides`.
-inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
-    const std::int64_t area = signed_area(t);
-    if (area < 0) std::swap(t[1], t[2]);
-    return area > 0 || (area < 0 && both_sides);
 }
 
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
@@ -24235,20 +24541,18 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
     check_mesh(mesh, textures.size());
     for (const image<std::uint8_t>& texture : textures) {
         if (texture.channels() == 3 && texture.size() > 0) continue;
-        raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
-              std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
-                  std::to_string(texture.channels()));
+        raise(error_code::mismatch, "texture", "3 channels and at least one pixel", shape_text(texture));
     }
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", detail::to_text(options.z_near));
+    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
         raise(error_code::invalid_option, "view", "a size and a focal length above 0",
-              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + detail::to_text(camera.focal_length));
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + to_text(camera.focal_length));
     const std::int32_t limit = 524288 / options.samples;
     if (camera.width > limit || camera.height > limit)
         raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
@@ -24256,9 +24560,8 @@ inline void check_raster_options(const view& from, const raster_options& options
     const image_view<const std::uint8_t>& backdrop = options.backdrop;
     if (!backdrop.empty() && (backdrop.width() != static_cast<std::size_t>(camera.width) ||
                               backdrop.height() != static_cast<std::size_t>(camera.height) || backdrop.channels() != 3))
-        raise(error_code::mismatch, "backdrop", "the view's size and 3 channels",
-              std::to_string(backdrop.height()) + " x " + std::to_string(backdrop.width()) + " x " +
-                  std::to_string(backdrop.channels()));
+        raise(error_code::mismatch, "backdrop", std::to_string(camera.height) + " x " + std::to_string(camera.width) + " x 3",
+              shape_text(backdrop));
 }
 
 /// Samples a texture.
@@ -24582,499 +24885,6 @@ private:
 inline image<std::uint8_t> gap_colors(rendering seen) {
     detail::gap_filler(seen).fill();
     return std::move(seen.color);
-}
-
-}}  // namespace ldi
-
-// ---- ldi/render/detail/pixel_squares.hpp
-// Represents each pixel of a layered image as a square of four triangles, which connect the pixel's center with its four sides.
-// Linked pixels share corners; unlinked pixels are separate. The vertices are projected once per view to the rasterizer's
-// fixed-point positions.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Corners of a pixel, clockwise from the top left. Side i runs from corner i to the next corner.
-inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-inline constexpr side clockwise_sides[4] = {side::up, side::right, side::down, side::left};
-
-constexpr int clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
-
-class pixel_squares {
-public:
-    template <has_columns<disparity_column> Layers>
-    pixel_squares(const Layers& layers, const depth_range& range, const view& taken_from, const view& from, std::int32_t samples,
-                  float z_near)
-        : graph_(layers.topology()) {
-        if (taken_from.camera.width != graph_.width() || taken_from.camera.height != graph_.height())
-            raise(error_code::mismatch, "camera of a layered image",
-                  std::to_string(graph_.width()) + " x " + std::to_string(graph_.height()),
-                  std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
-        share_corners();
-        place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
-    }
-
-    /// Returns false if a vertex of the pixel is nearer than z_near, or too far outside the picture to be projected safely.
-    bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
-
-    std::int64_t top(std::int32_t pixel) const {
-        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::min)(a, b); });
-    }
-    std::int64_t bottom(std::int32_t pixel) const {
-        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
-    }
-
-    /// Returns the triangle of the pixel's center and the two corners of a side, clockwise as seen in the layered image.
-    /// Texture coordinates run from 0 to 1 over the pixel.
-    screen_triangle triangle(std::int32_t pixel, side s) const {
-        const int first = clockwise_index(s), second = (first + 1) % 4;
-        screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
-        t[0].u = t[0].v = 0.5;
-        t[1].u = pixel_corners[first][0], t[1].v = pixel_corners[first][1];
-        t[2].u = pixel_corners[second][0], t[2].v = pixel_corners[second][1];
-        return t;
-    }
-
-private:
-    std::int32_t corner(std::int32_t pixel, int c) const { return corner_of_[std::int64_t{4} * pixel + c]; }
-
-    template <class Choose>
-    std::int64_t extreme(std::int32_t pixel, Choose&& choose) const {
-        std::int64_t result = vertices_[pixel].y;
-        for (int c = 0; c < 4; ++c) result = choose(result, vertices_[corner(pixel, c)].y);
-        return result;
-    }
-
-    /// Merges the corners of linked pixels at both ends of their common side.
-    void share_corners() {
-        const std::int32_t count = graph_.count();
-        disjoint_sets sets(4 * graph_.size());
-        for (std::int32_t i = 0; i < count; ++i) {
-            const std::int32_t here = 4 * i, right = graph_.right()[i], down = graph_.down()[i];
-            if (right != no_pixel) {
-                sets.merge(here + 1, 4 * right);
-                sets.merge(here + 2, 4 * right + 3);
-            }
-            if (down != no_pixel) {
-                sets.merge(here + 3, 4 * down);
-                sets.merge(here + 2, 4 * down + 1);
-            }
-        }
-        const std::int32_t corners = sets.number(corner_of_);
-        for (std::int32_t& c : corner_of_) c += count;  // centers come first
-        vertices_.resize(static_cast<std::size_t>(std::int64_t{count} + corners));
-    }
-
-    /// Places each corner at the mean disparity of the pixels that share it.
-    template <class Project>
-    void place(array_view<const float> disparity, const depth_range& distances, const Project& project) {
-        const std::int32_t count = graph_.count();
-        buffer<double> sum(vertices_.size() - graph_.size(), 0.0), members(sum.size(), 0.0);
-        for (std::int32_t i = 0; i < count; ++i)
-            for (int c = 0; c < 4; ++c) {
-                sum[corner(i, c) - count] += disparity[i];
-                members[corner(i, c) - count] += 1;
-            }
-        const double first = 1.0 / distances.z_near, last = 1.0 / distances.z_far;
-        buffer<std::uint8_t> safe(vertices_.size(), 0);
-        const auto put = [&](std::int32_t vertex, double x, double y, double d) {
-            const double inverse_depth = last + d * (first - last);
-            if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
-                raise(error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
-                      std::to_string(d));
-            safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
-        };
-        buffer<std::uint8_t> is_placed(sum.size(), 0);
-        drawn_.resize(graph_.size());
-        for (std::int32_t i = 0; i < count; ++i) {
-            put(i, graph_.x()[i] + 0.5, graph_.y()[i] + 0.5, disparity[i]);
-            bool all_safe = safe[i] != 0;
-            for (int c = 0; c < 4; ++c) {
-                const std::int32_t vertex = corner(i, c), k = vertex - count;
-                if (is_placed[k] == 0)
-                    put(vertex, graph_.x()[i] + pixel_corners[c][0], graph_.y()[i] + pixel_corners[c][1], sum[k] / members[k]);
-                is_placed[k] = 1;
-                all_safe = all_safe && safe[vertex] != 0;
-            }
-            drawn_[i] = all_safe ? 1 : 0;
-        }
-    }
-
-    /// Projects a pixel position with depth from one view to the screen of another.
-    class relative_projection {
-    public:
-        relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
-            : z_near_(z_near),
-              source_focal_(taken_from.camera.focal_length),
-              source_x_(taken_from.axis_x()),
-              source_y_(taken_from.axis_y()),
-              focal_(double{from.camera.focal_length} * samples),
-              x_(double{from.axis_x()} * samples),
-              y_(double{from.axis_y()} * samples) {
-            std::array<double, 3> offset{};
-            for (std::size_t i = 0; i < 3; ++i) offset[i] = double{taken_from.position[i]} - from.position[i];
-            for (std::size_t i = 0; i < 3; ++i)
-                for (std::size_t j = 0; j < 3; ++j) {
-                    offset_[i] += from.rotation[3 * j + i] * offset[j];
-                    for (std::size_t k = 0; k < 3; ++k)
-                        rotation_[3 * i + j] += double{from.rotation[3 * k + i]} * taken_from.rotation[3 * k + j];
-                }
-        }
-
-        bool operator()(double x, double y, double inverse_depth, screen_vertex& result) const {
-            const double depth = 1 / inverse_depth;
-            const std::array<double, 3> p{(x - source_x_) / source_focal_ * depth, (source_y_ - y) / source_focal_ * depth,
-                                          -depth};
-            std::array<double, 3> seen = offset_;
-            for (std::size_t i = 0; i < 3; ++i)
-                for (std::size_t j = 0; j < 3; ++j) seen[i] += rotation_[3 * i + j] * p[j];
-            if (!(-seen[2] >= z_near_)) return false;
-            result.inverse_depth = -1 / seen[2];
-            const double across = seen[0] * focal_ * result.inverse_depth, down = -seen[1] * focal_ * result.inverse_depth;
-            if (!(std::abs(across) <= guard_band && std::abs(down) <= guard_band)) return false;
-            result.x = std::llround((x_ + across) * nearest_double(subsample_steps));
-            result.y = std::llround((y_ + down) * nearest_double(subsample_steps));
-            return true;
-        }
-
-    private:
-        double z_near_, source_focal_, source_x_, source_y_, focal_, x_, y_;
-        std::array<double, 3> offset_{};
-        std::array<double, 9> rotation_{};
-    };
-
-    graph_view graph_;
-    buffer<std::int32_t> corner_of_;  // vertices of each pixel's corners, clockwise from the top left
-    buffer<screen_vertex> vertices_;  // centers of the pixels, then the corners
-    buffer<std::uint8_t> drawn_;      // one per pixel
-};
-
-/// Returns the color at (u, v) within a pixel; (0, 0) is its top left corner, and (1, 1) its bottom right corner. Interpolates
-/// bilinearly between the centers of the pixels that are linked around the nearest corner. If `pixel` is known, only known
-/// pixels count; otherwise, only unknown ones.
-template <has_columns<color_column, known_column> Layers>
-std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
-    const auto& g = layers.topology();
-    const auto known = layers.template column<known_column>();
-    const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
-    const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
-    const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
-    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbor(from, s); };
-    const std::int32_t beside = step(pixel, across), below = step(pixel, along);
-    std::int32_t diagonal = step(beside, along);
-    if (diagonal == no_pixel) diagonal = step(below, across);
-    std::array<float, 3> sum{};
-    float total = 0;
-    const auto add = [&](std::int32_t other, float weight) {
-        if (other == no_pixel || known[other] != known[pixel]) return;
-        const auto color = layers.template at<color_column>(other);
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * color[c];
-        total += weight;
-    };
-    add(pixel, (1 - weight_x) * (1 - weight_y));
-    add(beside, weight_x * (1 - weight_y));
-    add(below, (1 - weight_x) * weight_y);
-    add(diagonal, weight_x * weight_y);
-    std::array<std::uint8_t, 3> result{};
-    for (std::size_t c = 0; c < 3; ++c) result[c] = rounded_mean(sum[c] / total);
-    return result;
-}
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/render/micro_polygons.hpp
-// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that shares corners
-// with linked pixels and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Draws a layered image. Colors are interpolated across links and constant up to an edge without a link. Known and unknown
-/// colors never mix.
-///
-/// range       distances of disparity 1 and 0
-/// taken_from  camera of the layered image; its size is the lattice's size
-/// from        view to draw
-///
-/// Omits pixels with a corner nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
-/// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
-template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
-rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
-                        const raster_options& options = {}, Executor&& threads = {}) {
-    detail::check_raster_options(from, options);
-    const detail::pixel_squares squares(layers, range, taken_from, from, options.samples, options.z_near);
-    return detail::draw_in_bands(
-        from.camera, options, layers.topology().count(),
-        [&](std::int32_t i) {
-            const detail::vertical_extent e{squares.top(i), squares.bottom(i)};
-            return squares.is_drawn(i) ? e : detail::vertical_extent{};
-        },
-        [&](std::int32_t pixel, detail::sample_band& band) {
-            for (const side s : all_sides) {
-                detail::screen_triangle t = squares.triangle(pixel, s);
-                if (!detail::turn_clockwise(t, options.both_sides)) continue;
-                band.draw(t, [&](double u, double v) { return detail::color_within_pixel(layers, pixel, u, v); });
-            }
-        },
-        threads);
-}
-
-}}  // namespace ldi
-
-// ---- ldi/render/detail/surface_walk.hpp
-// Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
-// find which surfaces at neighboring pixels are connected. Uses integer arithmetic and the rasterizer's edge rule, so that both
-// assign a sample to the same triangle.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// One of the four triangles of a pixel, identified by the side that it touches.
-struct surface_triangle {
-    std::int32_t pixel = no_pixel;
-    side outer = side::up;
-
-    bool operator==(const surface_triangle&) const = default;
-};
-
-/// Whether the sample belongs to the triangle by the rule of for_each_span().
-///
-/// t  a triangle of positive area
-inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
-    const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const screen_vertex &a = t[i], &b = t[(i + 1) % 3];
-        const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-        const std::int64_t inside = dx * (py - a.y) - dy * (px - a.x);
-        if (inside < 0 || (inside == 0 && !(dy < 0 || (dy == 0 && dx > 0)))) return false;
-    }
-    return true;
-}
-
-class surface_walk {
-public:
-    surface_walk(const graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
-
-    /// Follows the surface from triangle `from`, which contains sample (x, y), to the next sample on the right or below. Returns
-    /// the triangle there, or no pixel if the surface ends or folds back first.
-    surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
-        const bool to_right = direction == side::right;
-        const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
-        // The edge rule is equivalent to moving each sample right by e and down by e^2, for an infinitesimal e > 0. The line
-        // through the samples moves in the same way: it meets no corner, and corners exactly on it count as before it.
-        const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
-        const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
-
-        screen_triangle t = squares_.triangle(from.pixel, from.outer);
-        const bool faces_us = signed_area(t) > 0;
-        // A path to the right leaves a clockwise triangle through the edge that crosses the line downward. A path down leaves it
-        // through the edge that crosses the line to the left.
-        std::size_t exit = 3;
-        for (std::size_t e = 0; e < 3; ++e)
-            if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
-        while (true) {
-            const std::int64_t area = signed_area(t);
-            if (area != 0) {
-                if ((area > 0) != faces_us) return {};
-                const screen_triangle clockwise{t[0], t[faces_us ? 1 : 2], t[faces_us ? 2 : 1]};
-                if (holds_sample(clockwise, target_x, target_y)) return from;
-            }
-            const std::size_t entered = cross(from, exit);
-            if (from.pixel == no_pixel || !squares_.is_drawn(from.pixel)) return {};
-            t = squares_.triangle(from.pixel, from.outer);
-            for (std::size_t e = 0; e < 3; ++e)
-                if (e != entered && before_line(t[e]) != before_line(t[(e + 1) % 3])) exit = e;
-        }
-    }
-
-private:
-    /// Moves `from` to the triangle across one of its edges. Returns the same edge as numbered in the new triangle. Edges 0 and
-    /// 2 run from the pixel's center to a corner; edge 1 is the pixel's side.
-    std::size_t cross(surface_triangle& from, std::size_t edge) const {
-        if (edge == 1) {
-            from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
-            return 1;
-        }
-        const int turn = edge == 0 ? 3 : 1;
-        from.outer = clockwise_sides[(clockwise_index(from.outer) + turn) % 4];
-        return edge == 0 ? 2 : 0;
-    }
-
-    graph_view graph_;
-    const pixel_squares& squares_;
-};
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/render/peel.hpp
-// Depth peeling: converts a layered image to a layered image of another camera, including everything hidden from that camera
-// (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-struct peel_options {
-    float z_near = 0.01F;    ///< above 0; omits pixels with a corner nearer than this depth
-    bool both_sides = true;  ///< false: omits surfaces seen from behind
-};
-
-namespace detail {
-
-/// Intersection of a surface with the ray through the center of a pixel.
-struct fragment {
-    std::int64_t position;  ///< y * width + x on the screen
-    surface_triangle where;
-    double inverse_depth, u, v;  ///< u, v: coordinates within the pixel of `where`
-};
-
-/// Finds the fragments of one screen, band by band.
-class fragment_finder {
-public:
-    fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
-        : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
-
-    /// Returns the fragments sorted by position, and from near to far at each position.
-    template <executor Executor>
-    buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
-        const auto extent = [&](std::int32_t i) {
-            return squares_.is_drawn(i) ? vertical_extent{squares_.top(i), squares_.bottom(i)} : vertical_extent{};
-        };
-        const band_lists lists(pixel_count, extent, height_, rows_per_band);
-        buffer<buffer<fragment>> parts(lists.band_count());
-        parallel_for(threads, parts.size(), 1, [&](std::size_t first, std::size_t last) {
-            for (std::size_t b = first; b < last; ++b) parts[b] = find_in_band(lists, b);
-        });
-        buffer<fragment> fragments;
-        for (buffer<fragment>& part : parts) {
-            fragments.insert(fragments.end(), part.begin(), part.end());
-            part = {};
-        }
-        return fragments;
-    }
-
-private:
-    buffer<fragment> find_in_band(const band_lists& lists, std::size_t band) const {
-        const auto [first_row, last_row] = lists.rows_of(band);
-        buffer<fragment> result;
-        for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
-            const std::int32_t pixel = lists.list[k];
-            for (const side s : all_sides) {
-                screen_triangle t = squares_.triangle(pixel, s);
-                if (!turn_clockwise(t, both_sides_)) continue;
-                const screen_values values(t);
-                for_each_span(t, width_, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-                    for (std::int64_t x = first; x < last; ++x)
-                        result.push_back(
-                            {y * width_ + x, {pixel, s}, values.inverse_depth(x, y), values.u(x, y), values.v(x, y)});
-                });
-            }
-        }
-        std::sort(result.begin(), result.end(), [](const fragment& a, const fragment& b) {
-            if (a.position != b.position) return a.position < b.position;
-            if (a.inverse_depth != b.inverse_depth) return a.inverse_depth > b.inverse_depth;
-            return std::pair(a.where.pixel, a.where.outer) < std::pair(b.where.pixel, b.where.outer);
-        });
-        return result;
-    }
-
-    const pixel_squares& squares_;
-    std::int64_t width_, height_;
-    bool both_sides_;
-};
-
-/// Returns `range`, widened to contain all fragments. Rounding errors alone do not widen it.
-inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
-    const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
-    double nearest = first, farthest = last;
-    for (const fragment& f : fragments)
-        nearest = (std::max)(nearest, f.inverse_depth), farthest = (std::min)(farthest, f.inverse_depth);
-    const double slack = 1e-5 * (first - last);  // well above the rounding of float disparities
-    depth_range result = range;
-    if (nearest > first + slack) result.z_near = static_cast<float>(1 / nearest);
-    if (farthest < last - slack) result.z_far = static_cast<float>(1 / farthest);
-    return result;
-}
-
-/// Links pixels of neighboring positions if the surface connects them. Pixel i belongs to fragment i.
-inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, const surface_walk& walk) {
-    buffer<std::int32_t> start(g.position_count() + 1, 0);
-    for (const fragment& f : fragments) ++start[f.position + 1];
-    for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
-    for (std::int32_t i = 0; i < g.count(); ++i)
-        for (const side s : {side::right, side::down}) {
-            const std::int32_t x = g.x()[i], y = g.y()[i];
-            if (s == side::right ? x + 1 == g.width() : y + 1 == g.height()) continue;
-            const surface_triangle end = walk.one_sample(fragments[i].where, x, y, s);
-            if (end.pixel == no_pixel) continue;
-            const std::int64_t position = fragments[i].position + (s == side::right ? 1 : g.width());
-            std::int32_t there = start[position];
-            while (there < start[position + 1] && fragments[there].where != end) ++there;
-            LDI_ASSERT(there < start[position + 1]);
-            g.link(i, s, there);
-        }
-}
-
-/// Builds a graph with one pixel per fragment, and links neighbors.
-inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
-    graph_builder g(camera.width, camera.height, fragments.size());
-    for (std::int32_t i = 0; i < fragments.count(); ++i)
-        g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
-                       static_cast<std::int32_t>(fragments[i].position / g.width()));
-    link_neighbors(g, fragments, walk);
-    return std::move(g).build(detail::unchecked);
-}
-
-/// Sets the columns of `result`, whose pixels are the fragments.
-template <payload_column... Columns, executor Executor>
-void copy_columns(const buffer<fragment>& fragments, const layered_image<Columns...>& layers, const depth_range& range,
-                  layered_image<Columns...>& result, Executor& threads) {
-    const double last = 1.0 / range.z_far, span = 1.0 / range.z_near - last;
-    parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::int32_t i = static_cast<std::int32_t>(begin), stop = static_cast<std::int32_t>(end); i < stop; ++i) {
-            const fragment& f = fragments[i];
-            const auto copy = [](auto from, auto to) { std::copy(from.begin(), from.end(), to.begin()); };
-            (copy(layers.template at<Columns>(f.where.pixel), result.template at<Columns>(i)), ...);
-            result.template column<disparity_column>()[i] =
-                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<color_column>(i));
-        }
-    });
-}
-
-}  // namespace detail
-
-/// A layered image in the space of another camera.
-template <payload_column... Columns>
-struct peeled_layers {
-    layered_image<Columns...> layers;
-    depth_range range;  ///< distances of its disparities 1 and 0
-};
-
-/// Converts layers to another camera. A ray runs through the center of each pixel of `from`. Every surface that the ray meets
-/// becomes a pixel of the result, so a position can have any number of pixels. Neighbors are linked if the surface connects
-/// them without a tear and without folding back. The conversion is exact: with `taken_from` as `from`, it changes nothing.
-///
-/// range       distances of disparity 1 and 0
-/// taken_from  camera of `layers`; its size is the lattice's size
-/// from        camera of the result
-///
-/// The result is in canonical order and has all columns. Colors are interpolated as in render_layers(); every other column
-/// copies the nearest source pixel. The range of distances of the result is `range`, or wider if the camera moved closer or
-/// back. Raises the errors of render_layers(), and too_large for 2^31 pixels or more.
-template <payload_column... Columns, executor Executor = const serial_executor>
-peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const depth_range& range, const view& taken_from,
-                               const view& from, const peel_options& options = {}, Executor&& threads = {}) {
-    static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
-    raster_options raster;
-    raster.z_near = options.z_near;
-    detail::check_raster_options(from, raster);
-    const detail::pixel_squares squares(layers, range, taken_from, from, 1, options.z_near);
-    const buffer<detail::fragment> fragments =
-        detail::fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology().count(), threads);
-    if (fragments.size() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
-        raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(fragments.size()));
-    const detail::surface_walk walk(layers.topology(), squares);
-    peeled_layers<Columns...> result{layered_image<Columns...>(detail::graph_of(fragments, from.camera, walk)),
-                                     detail::range_of(fragments, range)};
-    detail::copy_columns(fragments, layers, result.range, result.layers, threads);
-    result.layers.reorder(canonical_order(result.layers.topology(), result.layers.template column<disparity_column>()));
-    return result;
 }
 
 }}  // namespace ldi
@@ -25545,7 +25355,7 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
 
 // ---- ldi/formats/safetensors.hpp
 // Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
-// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/safetensors_file.hpp
+// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/weight_files.hpp
 // loads them from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -25746,7 +25556,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 // ---- ldi/formats/farbrausch.hpp
 // Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
 // examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
-// PartialConv. io/farbrausch_file.hpp loads both from files.
+// PartialConv. io/weight_files.hpp loads both from files.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -26905,7 +26715,7 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 
 // ---- ldi/formats/glb.hpp
 // Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes to disk.
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27159,7 +26969,7 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 // ---- ldi/formats/silhouettes.hpp
 // Decodes the silhouette network from the bytes of a safetensors file that examples/training/silhouettes/export.py wrote.
-// io/silhouettes_file.hpp loads it from a file.
+// io/weight_files.hpp loads it from a file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27192,7 +27002,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
 // network is small, was trained on the results of other networks, and computes with the same arithmetic as the published
-// network. io/tiefenrausch_file.hpp loads it from disk.
+// network. io/weight_files.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27397,8 +27207,12 @@ struct given_disparity {
     image<float> map;
 
     template <executor Executor>
-    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const {
+    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const& {
         return map;
+    }
+    template <executor Executor>
+    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) && {
+        return std::move(map);
     }
     float quantization_step() const { return 1.0F; }
 };
@@ -27452,13 +27266,14 @@ struct cleaned_photo {
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
-/// photo  H x W x 3, at least one pixel
+/// photo      H x W x 3, at least one pixel
+/// estimator  a temporary given_disparity is moved from, not copied
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
-cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     detail::check_photo(photo);
@@ -27468,7 +27283,8 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     normalize_options normalize_with = options.normalize;
     normalize_with.relative_step =
         (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
-    normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
+    normalized_disparity normalized =
+        normalize(std::forward<Estimator>(estimator).disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
     result.range = normalized.range;
     result.photo = shrink_photo(photo, options.long_side, threads);
@@ -27492,9 +27308,9 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 /// Estimates and cleans the depth of a photo, H x W x 3 with at least one pixel. aligned_silhouettes decides whether pixels
 /// beside a silhouette belong to the front or the back surface.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
-cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
-    return clean_depth(photo, estimator, aligned_silhouettes{options.alignment}, options, threads);
+    return clean_depth(photo, std::forward<Estimator>(estimator), aligned_silhouettes{options.alignment}, options, threads);
 }
 
 }}  // namespace ldi
@@ -27519,7 +27335,7 @@ struct photo_columns {
     template <class... Images>
     requires(sizeof...(Images) == sizeof...(Own) &&
              (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
-             ((std::is_lvalue_reference_v<Images> || detail::is_image_view<std::remove_cv_t<Images>>)&&...))
+             ((std::is_lvalue_reference_v<Images> || is_image_view<std::remove_cv_t<Images>>)&&...))
         photo_columns(Images&&... own)
         : images(std::forward<Images>(own)...) {}
 };

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks that each folder of include/ldi includes only itself, the folders that FLOORS permits, and version.hpp, and never another
-folder's detail/. Checks headers outside of folders, such as photo3d.hpp, in the same way. Examples and benchmarks include no detail/,
-except those in KNOW_PARTS."""
+folder's detail/ or a name of its namespace detail, except those in SHARED. Checks headers outside of folders, such as photo3d.hpp, in
+the same way. Examples and benchmarks include no detail/, except those in KNOW_PARTS."""
 
 import re
 import sys
@@ -38,6 +38,14 @@ FOR_ALL = {"version.hpp"}
 # Folders and files that may include detail/: they measure parts of a stage, or decode files in memory in a browser.
 KNOW_PARTS = {"bench/kernels", "bench/networks", "bench/quality/beside_silhouettes.hpp", "bench/quality/micro_polygons.hpp",
               "bench/quality/peel.hpp", "bench/quality/pixel_squares.hpp", "bench/quality/surface_walk.hpp", "bench/support", "examples/web"}
+# Folders, and names of namespace detail, that other folders may use, with the reason.
+SHARED = {
+    "base": "helpers for numbers and messages, which are too small for a user's notice",
+    "formats to io": "io decodes with libraries the files whose headers formats recognizes and reads; both are one room in two floors",
+    "curves": "core traces the sides of pixels for depth and occlusion, which return curves of their own types",
+    "unchecked": "skips the validation of a graph that a stage of ldi has just built; users must not skip it",
+    "expansion_access": "only expand() may turn a single layer into a layered image",
+}
 
 root = Path(__file__).resolve().parent.parent.parent
 include = root / "include" / "ldi"
@@ -55,6 +63,53 @@ for header in sorted(include.rglob("*.hpp")):
             broken.append(f"{name} includes <ldi/{included}>, which FLOORS does not permit")
         elif "/detail/" in included and folder != name.parts[0]:
             broken.append(f"{name} includes <ldi/{included}>, which only {folder} may include")
+
+
+def code_of(header):
+    """Returns a header without comments and texts."""
+    return re.sub(r'"(\\.|[^"\\\n])*"|//[^\n]*', '""', header.read_text(encoding="utf-8"))
+
+
+def details_of(code):
+    """Yields the contents of each namespace detail."""
+    for found in re.finditer(r"namespace detail(?:::\w+)* \{", code):
+        depth, end = 1, found.end()
+        while depth > 0:
+            depth += {"{": 1, "}": -1}.get(code[end], 0)
+            end += 1
+        yield code[found.end() : end - 1]
+
+
+def names_in(detail):
+    """Returns the types, functions and constants that a namespace declares."""
+    while re.search(r"\{[^{}]*\}", detail):
+        detail = re.sub(r"\{[^{}]*\}", ";", detail)
+    detail = re.sub(r"template\s*<[^;]*?>\s*(?=\w+[ \n])", "", detail)
+    names = re.findall(r"\b(?:struct|class|concept|using|namespace)\s+(\w+)", detail)
+    names += re.findall(r"^(?:\[\[\w+\]\] )?(?!return|else|static_assert)[\w:][\w:<>*&, ]*? [*&]?(\w+)(?:\(|\[| =)", detail, re.MULTILINE)
+    return set(names)
+
+
+def uses(code, name):
+    """Whether code uses a name of namespace detail. Without "detail::", single words count as names of variables."""
+    if re.search(rf"\bdetail::{name}\b", code):
+        return True
+    is_variable = re.search(rf"\b(?!return\b)[\w>]+[&*]* [&*]?{name}\b\W|[&*] {name}\b", code)
+    return "_" in name and not is_variable and any(re.search(rf"(?<!\.)(?<!->)(?<!::)\b{name}\b", d) for d in details_of(code))
+
+
+codes = {header.relative_to(include): code_of(header) for header in sorted(include.rglob("*.hpp"))}
+owners = {}
+for header, code in codes.items():
+    for detail in details_of(code):
+        for name in names_in(detail):
+            owners.setdefault(name, set()).add(header.parts[0])
+for header, code in codes.items():
+    user = header.parts[0]
+    for name in sorted(set(re.findall(r"\w+", code)) & owners.keys() - SHARED.keys()):
+        exempt = {user, *(owner for owner in owners[name] if owner in SHARED or f"{owner} to {user}" in SHARED)}
+        if not exempt & owners[name] and uses(code, name):
+            broken.append(f"{header} uses detail::{name}, which belongs to {' and '.join(sorted(owners[name]))}")
 for source in sorted(p for folder in ("examples", "bench") for p in (root / folder).rglob("*.[ch]pp")):
     name = source.relative_to(root).as_posix()
     if "node_modules" in source.parts or any(name == known or name.startswith(known + "/") for known in KNOW_PARTS):

@@ -63,6 +63,8 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     return different == 0 && outside >= 0;
 }
 
+}  // namespace detail
+
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     const auto refuse = [&](const std::string& found) {
@@ -73,14 +75,12 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
         const chart& box = charts.charts[c];
         count += box.pixels.size();
-        if (!fits_box(box, c, charts.chart_of, g))
+        if (!detail::fits_box(box, c, charts.chart_of, g))
             refuse("chart " + std::to_string(c) + ", whose pixels are not ascending, not in its box of " +
                    std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
                    std::to_string(box.y) + "), or not assigned to it by chart_of");
     }
     if (count != g.size()) refuse("charts of " + std::to_string(count) + " pixels");
 }
-
-}  // namespace detail
 
 }}  // namespace ldi

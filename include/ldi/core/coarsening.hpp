@@ -189,8 +189,6 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return detail::coarsen_sound(g, orphans);
 }
 
-namespace detail {
-
 /// The fine pixels of each coarse pixel: those of coarse pixel i are pixels[first[i]] to pixels[first[i + 1] - 1], ascending.
 struct collapsed_pixels {
     buffer<std::size_t> first;
@@ -207,6 +205,8 @@ struct collapsed_pixels {
             if (parents[i] != no_pixel) pixels[next[parents[i]]++] = i;
     }
 };
+
+namespace detail {
 
 /// Returns a layered image on the coarse graph.
 ///

@@ -182,14 +182,20 @@ values_of<Column> coarser_values(pixels_of<Column> pixels) {
         return averaged(pixels);
 }
 
+}  // namespace detail
+
+/// Combines the values of a mesh vertex's pixels with the column's rule `at_vertex`, or averages them.
 template <payload_column Column>
-values_of<Column> vertex_values(pixels_of<Column> pixels) {
-    static_assert(check_rules<Column>());
-    if constexpr (has_at_vertex<Column>)
+std::array<typename Column::scalar, Column::channels> vertex_values(
+    pixel_values<typename Column::scalar, Column::channels> pixels) {
+    static_assert(detail::check_rules<Column>());
+    if constexpr (detail::has_at_vertex<Column>)
         return Column::at_vertex(pixels);
     else
         return averaged(pixels);
 }
+
+namespace detail {
 
 template <class Column, class Scalar, std::integral Index>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Index pixel) {

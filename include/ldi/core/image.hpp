@@ -45,12 +45,12 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
     return bytes / value_size;
 }
 
-/// Returns height * width * channels. Raises too_large like checked_row_stride().
-inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
-    return height * checked_row_stride(height, width, channels, 0, value_size);
-}
-
 }  // namespace detail
+
+/// Returns height * width * channels. Raises too_large if as many values of `value_size` bytes exceed the address space.
+inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
+    return height * detail::checked_row_stride(height, width, channels, 0, value_size);
+}
 
 /// Distance between the starts of two rows, in bytes.
 struct byte_stride {
@@ -120,12 +120,11 @@ private:
 template <class T, class... Sizes>
 image_view(T*, Sizes...) -> image_view<T>;
 
-namespace detail {
+/// Whether a type is an image_view, which owns no values.
 template <class>
 inline constexpr bool is_image_view = false;
 template <class Scalar>
 inline constexpr bool is_image_view<image_view<Scalar>> = true;
-}  // namespace detail
 
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 ///
@@ -143,13 +142,13 @@ public:
     image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
-        : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
+        : values_(checked_size(height, width, channels, sizeof(Scalar)), unset),
           height_(height),
           width_(width),
           channels_(channels) {}
     /// Initializes every value to `value`.
     image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
-        : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), value),
+        : values_(checked_size(height, width, channels, sizeof(Scalar)), value),
           height_(height),
           width_(width),
           channels_(channels) {}

@@ -41,8 +41,6 @@ struct photo_facts {
     }
 };
 
-namespace detail {
-
 /// Errors that the default tolerances of the mesh allow; hidden surfaces and hems extend farther by this much. The outlines of
 /// two surfaces that separate may each be off by a pixel (mesh/simplify.hpp). Their disparities may be off by two hundredths
 /// (mesh/simplify.hpp, mesh/studs.hpp).
@@ -53,9 +51,7 @@ inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 /// width, height  size of the photo
 /// motion         photo_facts::motion
 inline float max_parallax(std::int32_t width, std::int32_t height, float motion) {
-    return motion * nearest_float((std::max)(width, height));
+    return motion * detail::nearest_float((std::max)(width, height));
 }
-
-}  // namespace detail
 
 }}  // namespace ldi

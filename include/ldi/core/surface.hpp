@@ -5,13 +5,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-namespace detail {
 /// Minimum step in disparity down to a hidden surface, as a multiple of surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
 /// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
 /// surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
-}  // namespace detail
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {

@@ -5,6 +5,7 @@
 // instruction set computes the same fused multiply-adds.
 #pragma once
 
+#include <ldi/kernels/conv_f32/weights.hpp>
 #include <ldi/kernels/conv_u8/avx2.hpp>
 #include <ldi/kernels/conv_u8/avx512vnni.hpp>
 #include <ldi/kernels/conv_u8/avx_vnni.hpp>

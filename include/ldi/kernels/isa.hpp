@@ -1,8 +1,7 @@
 // The instruction sets that kernels/ has code for, one row of `instruction_sets` each. A program selects a set at run time when
 // it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a
-// set by its name, for tests and benchmarks. To add a set, add a row here, a file in the folder of each family that it
-// accelerates, and a row in that family's table (see kernels/gemm_u8.hpp). kernels/README.md has a table of all families and
-// sets.
+// set by its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a
+// set.
 #pragma once
 
 #include <ldi/base/error.hpp>

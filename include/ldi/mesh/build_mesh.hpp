@@ -269,7 +269,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     detail::check_facts(facts);
     if (!charts.charts.empty() && atlas.color.empty())
         raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
-    detail::check_charts(charts, g, "build_mesh");
+    check_charts(charts, g, "build_mesh");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
     const soft_edge_options& soft = options.soft_edges;

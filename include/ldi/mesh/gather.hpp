@@ -82,7 +82,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         std::array<scalar, 4 * Column::channels> values{};
         for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
-        const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
+        const auto at_vertex = vertex_values<Column>({{values.data(), around.count * Column::channels}});
         std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
     }
     return result;

@@ -161,7 +161,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
     const auto with_coarser = [&](const map& coarser, std::size_t l) {
-        return detail::view_through(coarser, std::span(levels[l].parent));
+        return upsample(coarser, std::span<const std::int32_t>(levels[l].parent));
     };
 
     map read(0, input_channels, input_zero_);

@@ -43,13 +43,12 @@ enum class photo_frame : std::uint8_t {
 /// camera  camera that took the photo
 /// motion  photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
-    const float parallax = detail::max_parallax(camera.width, camera.height, motion);
+    const float parallax = max_parallax(camera.width, camera.height, motion);
     // In a stereo pair, the window is at the nearest surface, and each eye's view shifts by at most a sixtieth of the width
     // (render/stereo.hpp).
     const float eye = (std::min)(0.5F * parallax, detail::nearest_float(camera.width) / 60.0F);
     const float d = std::clamp(disparity, 0.0F, 1.0F);
-    return (std::max)(std::abs(d - window_disparity) * parallax, (1.0F - d) * eye) + detail::mesh_pixels +
-           detail::mesh_disparity * parallax;
+    return (std::max)(std::abs(d - window_disparity) * parallax, (1.0F - d) * eye) + mesh_pixels + mesh_disparity * parallax;
 }
 
 namespace detail {

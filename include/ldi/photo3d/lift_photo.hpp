@@ -43,7 +43,7 @@ struct photo_columns {
     template <class... Images>
     requires(sizeof...(Images) == sizeof...(Own) &&
              (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
-             ((std::is_lvalue_reference_v<Images> || detail::is_image_view<std::remove_cv_t<Images>>)&&...))
+             ((std::is_lvalue_reference_v<Images> || is_image_view<std::remove_cv_t<Images>>)&&...))
         photo_columns(Images&&... own)
         : images(std::forward<Images>(own)...) {}
 };

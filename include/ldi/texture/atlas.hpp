@@ -65,7 +65,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
-    detail::check_charts(charts, layers.topology(), "make_atlas");
+    check_charts(charts, layers.topology(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;

@@ -5,7 +5,7 @@
 // vector use nearly all of these.
 #pragma once
 
-#include <ldi/kernels/detail/conv_weights.hpp>
+#include <ldi/kernels/conv_f32/contract.hpp>
 #include <ldi/kernels/detail/lanes_avx2.hpp>
 
 #if LDI_HAS_X86_KERNELS
@@ -26,7 +26,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  __m256 values) {
     const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), values);
     const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
@@ -38,19 +38,19 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output<float>& out,
-                                          std::size_t pixel) {
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums,
+                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
     const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
 }
 
 struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
     static constexpr std::size_t pixels[] = {12, 6, 4};
 
     template <std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
-                     std::size_t first_pixel, const conv_panel_output<float>& out) {
+    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const detail::conv_panel_input<float>& input,
+                     std::size_t first_pixel, const detail::conv_panel_output<float>& out) {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;

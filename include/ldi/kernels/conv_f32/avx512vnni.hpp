@@ -1,6 +1,7 @@
 // kernels/conv_f32.hpp with AVX-512.
 #pragma once
 
+#include <ldi/kernels/conv_f32/contract.hpp>
 #include <ldi/kernels/detail/conv_avx512.hpp>
 
 #if LDI_HAS_X86_KERNELS
@@ -10,11 +11,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr detail::panel_layout conv_f32_layout{1, conv_half, conv_max_halves};
-
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-struct conv_f32_kernel {
+struct conv_f32_sums {
     static constexpr std::size_t group = 1;  // inputs per multiplication
 
     [[gnu::always_inline]] static float load(const float* input) { return *input; }
@@ -32,28 +31,33 @@ struct conv_f32_kernel {
         }
     }
 
-    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
-        _mm512_mask_storeu_ps(to, existing, values);
-    }
-
     [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const conv_panel_output<float>& out) {
-        finish_floats<conv_f32_kernel>(sums, vectors, first_pixel, pixels, out);
+                                         std::size_t pixels, const detail::conv_panel_output<float>& out) {
+        const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
+        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+        for (std::size_t v = 0; v < vectors; ++v) {
+            const std::size_t from = v * conv_whole;
+            const __mmask16 existing = existing_outputs(out, from);
+            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
+            const float *sum = sums.lanes + from, *ratio = ratios;
+            float* to = out.values + first_pixel * stride + from;
+            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
+                const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
+                _mm512_mask_storeu_ps(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+            }
+        }
     }
 
     template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input,
-                                       std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, sums);
+    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<float>& input,
+                                      std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_f32_sums, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
+using conv_f32_tiles = conv_tiles<conv_f32_sums>;
 
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_kernel>(
-        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
-}
+#include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
 
 LDI_END_TARGET
 

@@ -3,6 +3,8 @@
 
 #include <ldi/kernels/conv_f32/weights.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
+#include <ldi/kernels/detail/panel_cut.hpp>
+#include <ldi/kernels/isa.hpp>
 
 #include <cstddef>
 

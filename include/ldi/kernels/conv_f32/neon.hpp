@@ -5,7 +5,7 @@
 // vectors per 96 fmla (384 products): 3.1 products per instruction, compared to 4 for fmla alone.
 #pragma once
 
-#include <ldi/kernels/detail/conv_weights.hpp>
+#include <ldi/kernels/conv_f32/contract.hpp>
 #include <ldi/kernels/detail/lanes_neon.hpp>
 
 #if LDI_HAS_ARM_KERNELS
@@ -56,7 +56,7 @@ template <int... lane, std::size_t... p, std::size_t... v>
     weights += sizeof...(lane) * sizeof...(v) * conv_width;
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
     const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // ignores NaN (infinity * 0)
@@ -68,19 +68,20 @@ template <int... lane, std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output<float>& out,
-                                          std::size_t pixel) {
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums,
+                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
     const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width, vfmaq_f32(load(out.bias + v * conv_width), sums[v], ratio)), ...);
 }
 
 struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
     static constexpr std::size_t pixels[] = {12, 8, 7, 6};
 
     template <std::size_t... p, std::size_t... v>
     static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
+                     const detail::conv_panel_input<float>& input, std::size_t first_pixel,
+                     const detail::conv_panel_output<float>& out) {
         float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;

@@ -6,7 +6,7 @@
 // first.
 #pragma once
 
-#include <ldi/kernels/detail/conv_weights.hpp>
+#include <ldi/kernels/conv_f32/contract.hpp>
 #include <ldi/kernels/detail/lanes_wasm.hpp>
 
 #if LDI_HAS_WASM_KERNELS
@@ -25,7 +25,7 @@ template <std::size_t... v>
     ((sums[v] = wasm_f32x4_add(sums[v], wasm_f32x4_mul(x, weights[v]))), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  v128_t values) {
     const v128_t finite = wasm_f32x4_pmax(values, wasm_f32x4_splat(out.lowest));
     const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
@@ -37,8 +37,8 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output<float>& out,
-                                          std::size_t pixel) {
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums,
+                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
     const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width,
                    wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_width))),
@@ -46,13 +46,13 @@ template <std::size_t... v>
 }
 
 struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
     static constexpr std::size_t pixels[] = {6, 4};
 
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                            const conv_panel_input<float>& input, std::size_t first_pixel,
-                                            const conv_panel_output<float>& out) {
+                                            const detail::conv_panel_input<float>& input, std::size_t first_pixel,
+                                            const detail::conv_panel_output<float>& out) {
         v128_t sums[sizeof...(p) * sizeof...(v)] = {};
         const float* weights = input.weights;
         for (std::size_t r = 0; r < input.row_count; ++r) {

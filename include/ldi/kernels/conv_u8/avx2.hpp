@@ -51,8 +51,8 @@ using weights_type = __m256i;
 }
 
 template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                 __m256i sums, float ratio) {
+[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                                 std::size_t from, __m256i sums, float ratio) {
     if (out.count <= from) return;
     const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
     const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
@@ -66,6 +66,8 @@ template <class Result>
 }
 
 }  // namespace conv_u8_set
+
+#include <ldi/kernels/conv_u8/generic/tiles.hpp>
 
 #include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 

@@ -15,7 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-struct conv_u8_tiles {
+struct conv_u8_sums {
     static constexpr std::size_t group = 4;  // inputs per multiplication
 
     [[gnu::always_inline]] static std::int32_t load(const std::uint8_t* input) { return load_rest(input, group); }
@@ -51,7 +51,7 @@ struct conv_u8_tiles {
 
     template <class Result>
     [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const conv_u8_panel_output<Result>& out) {
+                                         std::size_t pixels, const detail::conv_u8_panel_output<Result>& out) {
         const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
         const __m512 lowest = _mm512_set1_ps(out.lowest);
         const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
@@ -76,27 +76,16 @@ struct conv_u8_tiles {
     }
 
     template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<std::uint8_t>& input,
-                                       std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_u8_tiles, half>(pixels, vectors, input, first_pixel, sums);
+    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<std::uint8_t>& input,
+                                      std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_u8_sums, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
+using conv_u8_tiles = conv_tiles<conv_u8_sums>;
+
+#include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 
 LDI_END_TARGET
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_half, conv_max_halves};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values =
-        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel reads them as signed bytes
-    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
-}
 
 }}}  // namespace ldi::avx512vnni
 

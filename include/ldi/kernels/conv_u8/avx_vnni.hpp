@@ -30,6 +30,8 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
 
+#include <ldi/kernels/conv_u8/generic/tiles.hpp>
+
 #include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 
 LDI_END_TARGET

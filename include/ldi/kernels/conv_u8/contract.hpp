@@ -3,6 +3,8 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
+#include <ldi/kernels/detail/panel_cut.hpp>
+#include <ldi/kernels/isa.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -41,33 +43,28 @@ struct conv_u8_kernel {
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// Destination of one panel's results, and the constants that turn sums into results.
+namespace detail {
+
+/// Destination of one panel's results, and the constants that turn integer sums into results.
 template <class Result>
-struct conv_u8_panel_output {
+struct conv_u8_panel_output : conv_panel_output<Result> {
     const std::int32_t* offsets;
-    const float *scales, *bias, *ratios;
-    float negative_slope, lowest, zero_point;
-    std::size_t stride;  ///< distance between adjacent pixels, in values
-    std::size_t count;   ///< remaining outputs of the layer
-    Result* values;
+    const float* scales;
+    float zero_point;
 
     conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
-        : offsets(weights.offsets.data()),
+        : conv_panel_output<Result>(weights, of_pixels, result),
+          offsets(weights.offsets.data()),
           scales(weights.scales.data()),
-          bias(weights.bias.data()),
-          ratios(of_pixels),
-          negative_slope(weights.negative_slope),
-          lowest(detail::lowest_before(negative_slope)),
-          zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point),
-          stride(weights.outputs),
-          count(weights.outputs),
-          values(result) {}
+          zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point) {}
 
     /// Advances to the next panel.
     void skip(std::size_t lanes) {
-        offsets += lanes, scales += lanes, bias += lanes, values += lanes;
-        count -= lanes < count ? lanes : count;
+        conv_panel_output<Result>::skip(lanes);
+        offsets += lanes, scales += lanes;
     }
 };
+
+}  // namespace detail
 
 }}  // namespace ldi

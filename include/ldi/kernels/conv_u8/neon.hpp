@@ -49,8 +49,8 @@ using weights_type = int8x16_t;
 }
 
 template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                 int32x4_t sums, float ratio) {
+[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                                 std::size_t from, int32x4_t sums, float ratio) {
     if (out.count <= from) return;
     const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
     const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
@@ -62,6 +62,8 @@ template <class Result>
 }
 
 }  // namespace conv_u8_set
+
+#include <ldi/kernels/conv_u8/generic/tiles.hpp>
 
 #include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 

@@ -32,7 +32,7 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
 /// Computes `pixels` pixels with one panel of weights.
 template <std::size_t pixels, class Result>
 void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
-                  std::size_t pixel_stride, std::size_t first_output, const conv_u8_panel_output<Result>& out) {
+                  std::size_t pixel_stride, std::size_t first_output, const detail::conv_u8_panel_output<Result>& out) {
     std::int32_t sums[pixels][conv_u8_panel] = {};
     const std::int8_t* values = weights.values.data() + first_output * weights.rows * weights.inputs;
     for (std::size_t r = 0; r < weights.rows; ++r) {
@@ -59,7 +59,7 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     constexpr std::size_t tile = 4;
-    conv_u8_panel_output<Result> out(weights, ratios, result);
+    detail::conv_u8_panel_output<Result> out(weights, ratios, result);
     for (std::size_t o = 0; o < weights.outputs; o += conv_u8_panel, out.skip(conv_u8_panel)) {
         std::size_t p = 0;
         for (; p + tile <= pixels; p += tile) conv_u8_tile<tile>(weights, rows, p, pixel_stride, o, out);

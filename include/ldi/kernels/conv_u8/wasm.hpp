@@ -31,8 +31,8 @@ using weights_type = v128_t;
 }
 
 template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                 v128_t sums, float ratio) {
+[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                                 std::size_t from, v128_t sums, float ratio) {
     std::int32_t lanes[width];
     wasm_v128_store(lanes, sums);
     for (std::size_t o = from; o < from + width && o < out.count; ++o)
@@ -41,6 +41,8 @@ template <class Result>
 }
 
 }  // namespace conv_u8_set
+
+#include <ldi/kernels/conv_u8/generic/tiles.hpp>
 
 #include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 

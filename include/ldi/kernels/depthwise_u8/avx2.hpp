@@ -57,11 +57,12 @@ template <std::size_t channels>
     store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
 }
 
+#include <ldi/kernels/depthwise_u8/generic/results_x86.hpp>
 #include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 /// The weights of one unit.
 template <bool has_further_terms>
-struct depthwise_sums {
+struct depthwise_sums : depthwise_results {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::size_t terms;
@@ -96,9 +97,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     for (std::size_t done = 0; done < weights.channels; bias += 32, ++terms) {
         const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
         if (*terms == 1)
-            depthwise_u8_unit(call, depthwise_sums<false>{values, bias, 1}, unit);
+            depthwise_u8_unit(call, depthwise_sums<false>{{}, values, bias, 1}, unit);
         else
-            depthwise_u8_unit(call, depthwise_sums<true>{values, bias, *terms}, unit);
+            depthwise_u8_unit(call, depthwise_sums<true>{{}, values, bias, *terms}, unit);
         values += *terms * 3 * 128;
         done = unit.end();
     }

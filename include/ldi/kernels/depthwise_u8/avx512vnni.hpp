@@ -22,20 +22,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Packs weights by unit (up to 64 channels), then by column of the window: 4 vectors of 16 channels x 4 rows each. The fourth
-/// row has weight 0.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    for (std::size_t done = 0; done < packed.channels;) {
-        const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
-        const detail::depthwise_order<depthwise_max_channels> order(unit);
-        for (std::size_t column = 0; column < 3; ++column)
-            for (std::size_t c : order.channels)
-                for (std::size_t row = 0; row < 4; ++row)
-                    packed.narrow.push_back(static_cast<std::int8_t>(sign * source.weight(c, row * 3 + column)));
-        for (std::size_t c : order.channels) packed.bias.push_back(sign * source.folded_bias(c));
-        done = unit.end();
-    }
+    detail::pack_columns<depthwise_max_channels>(packed, source, detail::is_negated(packed.fast) ? -1 : 1);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
@@ -85,10 +73,11 @@ template <std::size_t channels>
     }
 }
 
+#include <ldi/kernels/depthwise_u8/generic/results_x86.hpp>
 #include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 /// The weights of one unit.
-struct depthwise_sums {
+struct depthwise_sums : depthwise_results {
     __m512i weights[12];
     const std::int32_t* bias;
 

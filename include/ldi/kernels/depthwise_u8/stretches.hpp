@@ -39,6 +39,24 @@ struct depthwise_order {
     }
 };
 
+/// Packs weights by unit (up to `max_channels` channels), then by column of the window: 4 vectors with 4 rows per channel. The
+/// fourth row has weight 0.
+///
+/// sign  -1 for negated weights
+template <std::size_t max_channels>
+void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, int sign) {
+    for (std::size_t done = 0; done < packed.channels;) {
+        const depthwise_unit unit(packed.channels, done, max_channels);
+        const depthwise_order<max_channels> order(unit);
+        for (std::size_t column = 0; column < 3; ++column)
+            for (std::size_t c : order.channels)
+                for (std::size_t row = 0; row < 4; ++row)
+                    packed.narrow.push_back(static_cast<std::int8_t>(sign * source.weight(c, row * 3 + column)));
+        for (std::size_t c : order.channels) packed.bias.push_back(sign * source.folded_bias(c));
+        done = unit.end();
+    }
+}
+
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;

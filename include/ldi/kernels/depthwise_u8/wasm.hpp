@@ -2,10 +2,10 @@
 //
 // The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
 // rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
-// 5 multiplications for 4 channels.
+// 5 multiplications for 4 channels. generic/walk.hpp pairs the rows of each column separately, which would cost 6, and keeps two
+// windows of 16 channels and a column in registers: 12 of the 15 that V8 allocates, without weights and constants.
 #pragma once
 
-#include <ldi/kernels/depthwise_u8/blocks.hpp>
 #include <ldi/kernels/depthwise_u8/contract.hpp>
 #include <ldi/kernels/detail/lanes_wasm.hpp>
 
@@ -17,10 +17,20 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
+inline constexpr std::size_t depthwise_block = 16;                  // channels
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return (weights.channels + depthwise_block - 1) / depthwise_block;
+}
+
+/// First channel of a block. The last block overlaps the one before it, so that it is full.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
 
 /// Packs weights block by block, in groups of 4 channels: rows 0 and 1 of each column of the window, then row 2 of columns 0 and
 /// 1, then row 2 of column 2.

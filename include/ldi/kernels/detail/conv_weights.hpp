@@ -1,17 +1,14 @@
-// Panels of weights and results, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
+// Arguments of kernels/conv_f32.hpp and kernels/conv_u8.hpp for one panel of outputs, on all instruction sets.
 #pragma once
 
 #include <ldi/base/config.hpp>
-#include <ldi/kernels/conv_f32/weights.hpp>
-#include <ldi/kernels/detail/panel_cut.hpp>
-#include <ldi/kernels/isa.hpp>
 
 #include <cstddef>
 #include <limits>
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Arguments of a convolution for one panel of outputs: pixels and weights.
+/// Pixels, and the weights of one panel.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;  ///< addresses of the first pixel's pieces
@@ -20,28 +17,33 @@ struct conv_panel_input {
     const Value* weights;  ///< of the panel
 };
 
-namespace detail {
-
 /// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
 constexpr float lowest_before(float negative_slope) {
     using limits = std::numeric_limits<float>;
     return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
 }
 
-}  // namespace detail
-
 /// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
-    float negative_slope;
+    float negative_slope, lowest;
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
-    float lowest = detail::lowest_before(negative_slope);
+
+    template <class Weights>
+    conv_panel_output(const Weights& weights, const float* of_pixels, Result* result)
+        : bias(weights.bias.data()),
+          ratios(of_pixels),
+          negative_slope(weights.negative_slope),
+          lowest(lowest_before(negative_slope)),
+          stride(weights.outputs),
+          count(weights.outputs),
+          values(result) {}
 
     /// Advances to the next panel.
     void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
 };
 
-}}  // namespace ldi
+}}}  // namespace ldi::detail

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
+#include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/detail/target.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 

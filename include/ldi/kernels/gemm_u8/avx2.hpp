@@ -23,27 +23,18 @@ LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 struct gemm_terms {
     const std::uint32_t* order;
     const std::int8_t* values;
-};
 
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, pixel_stride, pixels;
-    gemm_terms weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
-    void skip(std::size_t lanes) {
+    /// Advances to the next panel.
+    void skip(std::size_t segment_count, std::size_t lanes) {
         for (std::size_t s = 0; s < segment_count; ++s) {
-            const std::size_t terms = 2 * weights.order[0] + weights.order[1];
-            weights.order += 2 + terms;
-            weights.values += terms * lanes * gemm_group;
+            const std::size_t terms = 2 * order[0] + order[1];
+            order += 2 + terms;
+            values += terms * lanes * gemm_group;
         }
     }
 };
 
+using gemm_panel = detail::gemm_panel_of<std::uint8_t, gemm_terms, gemm_group>;
 using gemm_vector = __m256i;
 [[gnu::always_inline]] inline __m256i load_bias(const std::int32_t* from) {
     return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
@@ -193,15 +184,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
-                                           {segments,
-                                            weights.segments,
-                                            pixel_stride,
-                                            pixels,
-                                            {weights.order.data(), weights.narrow.data()},
-                                            weights.bias.data(),
-                                            result,
-                                            weights.outputs});
+    gemm_u8_panels<rectifier, requantizer>(
+        weights.outputs, weights.fast,
+        gemm_panel(weights, {weights.order.data(), weights.narrow.data()}, segments, pixel_stride, pixels, result));
 }
 
 LDI_END_TARGET

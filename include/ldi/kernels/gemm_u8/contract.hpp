@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <span>
+#include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -57,17 +58,42 @@ namespace detail {
 /// Number of inputs that one VNNI or NEON instruction multiplies per output.
 inline constexpr std::size_t gemm_group = 4;
 
-/// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
-struct panel_of_groups {
-    const std::uint8_t* const* segments;
+/// Arguments of gemm_u8() for one panel of outputs.
+///
+/// Value        type of the inputs
+/// Weights      position in the packed weights: a pointer, or a struct with a member skip(segment_count, lanes)
+/// group_size   number of inputs per group of the weights
+template <class Value, class Weights, std::size_t group_size>
+struct gemm_panel_of {
+    const Value* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
+    Weights weights;
     const std::int32_t* bias;
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
-    const std::uint8_t* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+    gemm_panel_of(const gemm_u8_weights& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
+                  std::size_t pixel_count, std::uint8_t* to)
+        : segments(of_first_pixel),
+          segment_count(packed.segments),
+          groups(groups_of(packed.inputs, group_size)),
+          pixel_stride(stride),
+          pixels(pixel_count),
+          weights(values),
+          bias(packed.bias.data()),
+          result(to),
+          outputs(packed.outputs) {}
+
+    const Value* segment(std::size_t s, std::size_t first) const { return segments[s] + first * pixel_stride; }
+
+    /// Advances to the next panel.
+    void skip(std::size_t lanes) {
+        bias += lanes, result += lanes;
+        if constexpr (std::is_pointer_v<Weights>)
+            weights += segment_count * groups * lanes * group_size;
+        else
+            weights.skip(segment_count, lanes);
+    }
 };
 
 /// Layout of the weights of a single output, in the order of the inputs; pads each segment to a multiple of `lanes`. Panels of

@@ -32,14 +32,15 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    std::size_t segment_count, segment_stride, pixel_stride, pairs, max_pixels;
+    const std::int16_t* starts[gemm_u8_weights::max_segments];  // of the segments
+    std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
-          pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
-          pairs((weights.inputs + gemm_group - 1) / gemm_group) {
+          pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs) {
+        for (std::size_t s = 0; s < segment_count; ++s) starts[s] = values + s * segment_stride;
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
@@ -58,21 +59,7 @@ struct widened_pixels {
     }
 };
 
-/// Arguments of gemm_u8() for some pixels and one panel.
-struct gemm_panel {
-    const widened_pixels& input;
-    std::size_t segment_count, pixels;
-    const std::int16_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    const std::int16_t* segment(std::size_t s, std::size_t first) const {
-        return input.values + s * input.segment_stride + first * input.pixel_stride;
-    }
-    void skip(std::size_t lanes) { weights += segment_count * input.pairs * lanes * gemm_group; }
-};
-
+using gemm_panel = detail::gemm_panel_of<std::int16_t, const std::int16_t*, gemm_group>;
 using gemm_vector = v128_t;
 [[gnu::always_inline]] inline v128_t load_bias(const std::int32_t* from) { return wasm_v128_load(from); }
 
@@ -118,8 +105,8 @@ struct gemm_kernel {
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_segment(std::index_sequence<p...>, std::index_sequence<v...> vectors, v128_t* sums,
                                                    const std::int16_t* x, const gemm_panel& panel, const std::int16_t*& weights) {
-        const std::size_t pairs = panel.input.pairs, stride = panel.input.pixel_stride;
-        for (std::size_t pair = 0; pair < pairs; ++pair) {
+        const std::size_t groups = panel.groups, stride = panel.pixel_stride;
+        for (std::size_t g = 0; g < groups; ++g) {
             const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
             (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
             x += gemm_group;
@@ -144,9 +131,8 @@ void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* 
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.max_pixels ? pixels - done : input.max_pixels;
         input.fill(weights, segments, pixel_stride, done, count);
-        const gemm_panel panel{
-            input,          weights.segments, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs,
-            weights.outputs};
+        const gemm_panel panel(weights, weights.wide.data(), input.starts, input.pixel_stride, count,
+                               result + done * weights.outputs);
         if constexpr (is_unfused)
             gemm_u8_panels<requantizer<true>, requantizer<false>>(weights.outputs, weights.fast, panel);
         else

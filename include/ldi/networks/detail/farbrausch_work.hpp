@@ -6,6 +6,7 @@
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/convolution_planner.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
 
 #include <cstddef>
@@ -31,11 +32,12 @@ struct farbrausch_level {
 
 /// Plans all levels, from the finest to the coarsest.
 ///
-/// finest   level 0, in canonical order
+/// finest   level 0, a graph or graph_view in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
 /// wanted   one per pixel of `finest`, nonzero where the network's result is requested
-inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
-                                                std::span<const std::uint8_t> wanted) {
+template <class Graph>
+buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const std::int32_t> kernels,
+                                         std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
@@ -44,13 +46,12 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         const graph_view g = i == 0 ? finest : graph_view(coarse);
         farbrausch_level& level = levels[i];
         level.pixel_count = g.size();
-        const link_strips strips(g);
-        const regular_pixels regular(g, 3, strips);
-        level.average = plan_all(g, 3, regular);
+        convolution_planner planner(g);
+        level.average = planner.plan(3);
         if (i == depth) break;
-        coarsened next = coarsen_sound(g, orphan_rule::stay);
-        level.average_coarse = plan_kept(g, 3, next.map, regular);
-        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next.map, regular_pixels(g, kernels[i], strips));
+        coarsened next = i == 0 ? coarsen(finest) : coarsen(coarse);
+        level.average_coarse = planner.plan(3, next.map);
+        if (kernels[i] != 3) encode[i] = planner.plan(kernels[i], next.map);
         level.above = std::move(next.map).parent();
         coarse = std::move(next.topology);
     }

@@ -30,7 +30,7 @@ struct masked_map {
     ///
     /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = view_through(map, rows);
+        basic_feature_view<Value> result = upsample(map, rows);
         result.mask = mask;
         return result;
     }

@@ -57,7 +57,7 @@ struct basic_feature_map {
     /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
         : channels(channel_count),
-          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          values(checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
           zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
@@ -86,17 +86,15 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-namespace detail {
-
-/// Views a coarse map on the finer graph.
+/// Views a coarse map on the finer graph without a copy. Both arguments must outlive the view.
 ///
-/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel
+/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros
 template <class Value>
-basic_feature_view<Value> view_through(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
-
-}  // namespace detail
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, std::span<const std::int32_t>) = delete;
 
 /// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
 /// parent. Both arguments must outlive the view. Raises mismatch unless `coarse` has one pixel per pixel of the coarse graph.
@@ -106,7 +104,7 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
     if (coarse.pixels() != by.kept().size())
         raise(error_code::mismatch, "upsample", std::to_string(by.kept().size()) + " pixels", std::to_string(coarse.pixels()));
-    return detail::view_through(coarse, by.parent());
+    return upsample(coarse, std::span<const std::int32_t>(by.parent()));
 }
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&) = delete;

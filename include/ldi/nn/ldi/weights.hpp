@@ -22,12 +22,12 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
+}  // namespace detail
 
 /// Returns the name of a tensor in messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
-    return place_in(from.where, "tensor " + printable(name));
+    return detail::place_in(from.where, "tensor " + detail::printable(name));
 }
-}  // namespace detail
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
@@ -36,13 +36,13 @@ template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
     const auto found = from.tensors.find(name);
-    if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
+    if (found == from.tensors.end()) raise(error_code::mismatch, tensor_place(from, name), expected, "no such tensor");
     const auto* const values = std::get_if<buffer<Scalar>>(&found->second.values);
     if (values == nullptr || found->second.shape != shape) {
         const std::string_view type =
             std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
                        found->second.values);
-        raise(error_code::mismatch, detail::tensor_place(from, name), expected,
+        raise(error_code::mismatch, tensor_place(from, name), expected,
               std::string(type) + ", " + shape_text(found->second.shape));
     }
     return *values;
@@ -55,7 +55,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
+            raise(error_code::mismatch, tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
     }
 }
 

@@ -6,6 +6,6 @@ inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, con
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_panels<conv_f32_tiles>(
-        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
+        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        detail::conv_panel_output<float>(weights, ratios, result));
 }

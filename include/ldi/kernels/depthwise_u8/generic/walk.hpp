@@ -1,13 +1,17 @@
-// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
-// target region, after these primitives:
+// Loop of depthwise_u8 along a row. AVX2, AVX-512 and NEON include this file inside their namespace and target region, after
+// these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
 //     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
+//     four_vectors                four vectors of sums, or of a column's interleaved bytes
+//     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
 //     load_stretches<channels>(position, row, offset, lanes)   loads one row
 //     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
 //
 // The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
-// a place of the window: window_left, window_middle or window_right.
+// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
+// requantizer_of(weights) of type requantizer_type.
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
@@ -23,23 +27,21 @@ struct depthwise_rows {
 
     /// Loads and interleaves the column at `offset` bytes after the position: rows 0, 1, 2, and row 1 again.
     [[gnu::always_inline]] four_vectors column(std::size_t offset) const {
-        const int_lanes middle = load_stretches<channels>(position, 1, offset, lanes);
+        const auto middle = load_stretches<channels>(position, 1, offset, lanes);
         return interleave_bytes(load_stretches<channels>(position, 0, offset, lanes), middle,
                                 load_stretches<channels>(position, 2, offset, lanes), middle);
     }
 };
 
 /// Requantizes and stores results at one address per stretch.
-template <std::size_t channels>
+template <std::size_t channels, class Sums>
 struct depthwise_result {
     std::uint8_t* at[depthwise_max_channels / channels];
     depthwise_lanes lanes;
-    requantizer requantize;
+    typename Sums::requantizer_type requantize;
 
     [[gnu::always_inline]] void store(const four_vectors& sums, std::size_t offset) const {
-        const int_lanes bytes =
-            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
-        store_stretches<channels>(at, offset, lanes, bytes);
+        store_stretches<channels>(at, offset, lanes, Sums::requantized(requantize, sums));
     }
 };
 
@@ -64,8 +66,8 @@ struct depthwise_run {
         return {stretches.at(column, scale), lanes};
     }
     depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), lanes}; }
-    depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, lanes, requantizer(stretches.call.weights.fast)};
+    depthwise_result<channels, Sums> result_at(std::size_t scale) const {
+        depthwise_result<channels, Sums> found{{}, lanes, Sums::requantizer_of(stretches.call.weights)};
         for (std::size_t s = 0; s < stretch_count; ++s) found.at[s] = stretches.result(s, scale);
         return found;
     }
@@ -76,7 +78,7 @@ struct depthwise_run {
         const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         four_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         four_vectors column = rows.column(0);
         four_vectors current = sums.template add<window_middle>(next, column);
@@ -97,7 +99,7 @@ struct depthwise_run {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         four_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
             current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
@@ -110,36 +112,45 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice. Column c is the right column of the window around the second copy of column
-    /// c - 1, fills two of three columns of the windows around its own copies, and is the left column of the window around the
-    /// first copy of column c + 1.
-    void enlarged_twice() const {
+    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
+    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
+    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    ///
+    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    template <std::size_t fixed_repeat>
+    void enlarged() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const std::size_t repeat = fixed_repeat != 0 ? fixed_repeat : stretches.call.repeat;
         const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(2);
+        const depthwise_result<channels, Sums> result = result_at(repeat);
         four_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         four_vectors column = rows.column(0);
-        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        std::size_t to = 0;
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), to);
         first = sums.template add<window_left>(sums.start(), column);
-        four_vectors second = sums.template add<window_middle>(first, column);
+        four_vectors last = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
+            for (std::size_t copy = 2; copy < repeat; ++copy)
+                result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
             column = rows.column(x * pixel_bytes);
-            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
             result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
-                         2 * x * pixel_bytes);
+                         to += pixel_bytes);
             first = sums.template add<window_left>(sums.start(), column);
-            second = sums.template add<window_middle>(first, column);
+            last = sums.template add<window_middle>(first, column);
         }
+        for (std::size_t copy = 2; copy < repeat; ++copy)
+            result.store(sums.template add<window_right>(last, column), to += pixel_bytes);
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(last, column), to + pixel_bytes);
     }
 
-    /// Any stride and repetition: loads three columns per window.
+    /// Stride 2 with repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_result<channels> result = result_at(1);
+        const depthwise_result<channels, Sums> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
             four_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
             sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
@@ -157,17 +168,18 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     else if (stride == 2 && call.repeat == 1)
         run(call, sums, first_channel, result_width).stride_2();
     else if (stride == 1 && call.repeat == 2)
-        run(call, sums, first_channel, call.width).enlarged_twice();
+        run(call, sums, first_channel, call.width).template enlarged<2>();
+    else if (stride == 1)
+        run(call, sums, first_channel, call.width).template enlarged<0>();
     else
         run(call, sums, first_channel, result_width).any();
 }
 
 template <class Sums>
 inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, const detail::depthwise_unit& unit) {
-    if constexpr (depthwise_max_channels == 64)
+    if constexpr (depthwise_max_channels >= 64)
         if (unit.channels == 64) return depthwise_u8_unit<64>(call, sums, unit.first);
-    if (unit.channels == 32)
-        depthwise_u8_unit<32>(call, sums, unit.first);
-    else
-        depthwise_u8_unit<16>(call, sums, unit.first);
+    if constexpr (depthwise_max_channels >= 32)
+        if (unit.channels == 32) return depthwise_u8_unit<32>(call, sums, unit.first);
+    depthwise_u8_unit<16>(call, sums, unit.first);
 }

@@ -3,6 +3,7 @@
 //
 //     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -11,7 +12,9 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
     for (; first + pixels <= last; first += pixels)
         Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
-        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+        if (first < last)
+            conv_panel<Kernel, (pixels > Kernel::rest_pixels ? Kernel::rest_pixels : pixels / 2), vectors>(input, first, last,
+                                                                                                           out);
 }
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a

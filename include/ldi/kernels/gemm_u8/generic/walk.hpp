@@ -4,9 +4,7 @@
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_vector, load_bias(from)   gemm_lanes sums; loads their start values
-//     gemm_panel                     arguments of one panel: segment_count, pixels, weights, bias, result, outputs of the layer,
-//                                    outputs held by the panel; segment(s, first) points to the inputs of pixel `first` in
-//                                    segment s; skip(lanes) moves the weights to the next panel
+//     gemm_panel                     arguments of one panel, a detail::gemm_panel_of
 //     gemm_kernel                    add_segment(pixels, vectors, sums, inputs, panel, weights) adds the products of one segment
 //                                    and moves `weights` to the next; store(pixels, vectors, sums, panel, requantize, result)
 //                                    stores the results
@@ -69,8 +67,6 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
         panel.held = rest < lanes ? rest : lanes;
         panel_functions[output.zero_point == 0][vectors - 1](panel, output);
         rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += lanes;
         panel.skip(lanes);
     }
 }

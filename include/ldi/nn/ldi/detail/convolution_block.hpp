@@ -35,7 +35,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
 /// Result value that represents zero.
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
-    if constexpr (std::is_same_v<Result, std::uint8_t>)
+    if constexpr (std::is_same_v<Result, typename Weights::value_type>)
         return weights.result_zero_point;
     else
         return Result{};

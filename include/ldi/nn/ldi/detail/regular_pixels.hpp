@@ -145,6 +145,7 @@ public:
         follow(strips.down, ribs);
     }
 
+    std::int32_t kernel_size() const { return 2 * radius_ + 1; }
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
     /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
