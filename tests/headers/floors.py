@@ -35,7 +35,8 @@ FLOORS = {
 }
 FLOORS["ldi.hpp"] = " ".join(FLOORS)  # everything except detail/
 FOR_ALL = {"version.hpp"}
-# Folders and files that may include detail/: they measure parts of a stage, or decode files in memory in a browser.
+# Folders and files that may include detail/: they measure parts of a stage, draw with parts of the rasterizer, or decode files in
+# memory in a browser.
 KNOW_PARTS = {"bench/kernels", "bench/networks", "bench/quality/beside_silhouettes.hpp", "bench/quality/micro_polygons.hpp",
               "bench/quality/peel.hpp", "bench/quality/pixel_squares.hpp", "bench/quality/surface_walk.hpp", "bench/support", "examples/web"}
 # Folders, and names of namespace detail, that other folders may use, with the reason.

@@ -21,11 +21,11 @@ void color_at_random(photo_layers& layers, std::mt19937& random) {
 }
 
 /// A plane at disparity 1 left of column `edge`, and one at 0 right of it.
-photo_layers step_at(std::size_t rows, std::size_t columns, std::size_t edge, float threshold) {
-    image<float> disparity(rows, columns);
-    for (std::size_t y = 0; y < rows; ++y)
-        for (std::size_t x = 0; x < columns; ++x) disparity(y, x, 0) = x < edge ? 1.0F : 0.0F;
-    return expand(lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, {.surface = {threshold}}), {threshold},
+photo_layers step_at(std::size_t height, std::size_t width, std::size_t edge, float threshold) {
+    image<float> disparity(height, width);
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x) disparity(y, x, 0) = x < edge ? 1.0F : 0.0F;
+    return expand(lift(image<std::uint8_t>(height, width, 3, std::uint8_t{90}), disparity, {.surface = {threshold}}), {threshold},
                   {})
         .layers;
 }
@@ -39,8 +39,8 @@ std::size_t holes_in(const rendering& picture) {
 TEST_CASE("drawn from its own viewpoint, a layered image shows its first layer unchanged") {
     std::mt19937 random(3);
     for (int trial = 0; trial < 20; ++trial) {
-        const std::size_t rows = 8 + random() % 30, columns = 8 + random() % 30;
-        const image<float> disparity = testing::random_disparity(random, rows, columns);
+        const std::size_t height = 8 + random() % 30, width = 8 + random() % 30;
+        const image<float> disparity = testing::random_disparity(random, height, width);
         photo_layers layers = testing::lifted_layers(disparity);
         color_at_random(layers, random);
         const view v = own_view(layers.topology());

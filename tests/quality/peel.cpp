@@ -30,8 +30,8 @@ view random_view(const view& from, std::mt19937& random) {
     return v;
 }
 
-photo_layers random_lifted(std::mt19937& random, std::size_t rows, std::size_t columns) {
-    photo_layers layers = testing::lifted_layers(testing::random_disparity(random, rows, columns));
+photo_layers random_lifted(std::mt19937& random, std::size_t height, std::size_t width) {
+    photo_layers layers = testing::lifted_layers(testing::random_disparity(random, height, width));
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
     return layers;
 }
@@ -101,9 +101,9 @@ TEST_CASE("a plane seen from the side remains one fully linked surface") {
     const view v = own_view(layers.topology());
     for (const float shift : {3.0F, -7.0F, 2.4F, 0.3F}) {
         const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 0.4F, shift)).layers;
-        const std::size_t columns = 30 - static_cast<std::size_t>(std::floor(std::abs(shift) + 0.5F));
-        CHECK(peeled.size() == 24 * columns);
-        CHECK(link_count(peeled.topology()) == 23 * columns + 24 * (columns - 1));
+        const std::size_t width = 30 - static_cast<std::size_t>(std::floor(std::abs(shift) + 0.5F));
+        CHECK(peeled.size() == 24 * width);
+        CHECK(link_count(peeled.topology()) == 23 * width + 24 * (width - 1));
     }
     // From closer, each pixel becomes several; from farther away, several become one.
     view other = v;
