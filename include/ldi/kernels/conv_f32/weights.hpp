@@ -21,7 +21,7 @@ constexpr activation leaky_relu(float negative_slope) { return {negative_slope};
 struct conv_f32_weights {
     using value_type = float;
 
-    static constexpr float result_zero_point = 0.0F;
+    static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_weights
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;

@@ -101,14 +101,7 @@ private:
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    const detail::depthwise_call call(weights, rows, width, repeat, result);
-    const std::int8_t* values = weights.narrow.data();
-    const std::int32_t* bias = weights.bias.data();
-    for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
-        const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
-        depthwise_u8_unit(call, depthwise_sums(values, bias), unit);
-        done = unit.end();
-    }
+    depthwise_u8_units<depthwise_sums>(detail::depthwise_call(weights, rows, width, repeat, result));
 }
 
 LDI_END_TARGET

@@ -100,24 +100,13 @@ private:
     }
 };
 
-template <class Requantizer>
-inline void depthwise_u8_units(const detail::depthwise_call& call) {
-    const std::int8_t* values = call.weights.narrow.data();
-    const std::int32_t* bias = call.weights.bias.data();
-    for (std::size_t done = 0; done < call.weights.channels; values += 12 * 16, bias += 16) {
-        const detail::depthwise_unit unit(call.weights.channels, done, depthwise_max_channels);
-        depthwise_u8_unit(call, depthwise_sums<Requantizer>(values, bias), unit);
-        done = unit.end();
-    }
-}
-
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     if (weights.output.zero_point == 0)
-        depthwise_u8_units<relu_requantizer>(call);
+        depthwise_u8_units<depthwise_sums<relu_requantizer>>(call);
     else
-        depthwise_u8_units<requantizer>(call);
+        depthwise_u8_units<depthwise_sums<requantizer>>(call);
 }
 
 LDI_END_TARGET

@@ -183,3 +183,17 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
         if (unit.channels == 32) return depthwise_u8_unit<32>(call, sums, unit.first);
     depthwise_u8_unit<16>(call, sums, unit.first);
 }
+
+/// Computes all units of a row. Sums(values, bias) holds three columns of weights.
+template <class Sums>
+inline void depthwise_u8_units(const detail::depthwise_call& call) {
+    const std::int8_t* values = call.weights.narrow.data();
+    const std::int32_t* bias = call.weights.bias.data();
+    for (std::size_t done = 0; done < call.weights.channels;) {
+        const detail::depthwise_unit unit(call.weights.channels, done, depthwise_max_channels);
+        depthwise_u8_unit(call, Sums(values, bias), unit);
+        values += 3 * 4 * depthwise_max_channels;
+        bias += depthwise_max_channels;
+        done = unit.end();
+    }
+}
