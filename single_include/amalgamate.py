@@ -21,7 +21,7 @@ UMBRELLA = "ldi/ldi.hpp"
 RESULT = ROOT / "single_include" / UMBRELLA
 
 # Headers that ldi.hpp omits on purpose: those that need files or other libraries, and the forward declarations.
-LEFT_OUT = re.compile(r"ldi/(adapt/.*|io/.*|fwd\.hpp|ldi\.hpp)")
+LEFT_OUT = re.compile(r"ldi/(adapt/.*|io/.*|ldi\.hpp)")
 
 INCLUDE_LINE = re.compile(r"\s*#\s*include\s*<([^>]+)>")
 QUOTED_INCLUDE = re.compile(r'\s*#\s*include\s*"')

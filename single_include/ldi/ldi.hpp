@@ -5574,7 +5574,7 @@ constexpr activation leaky_relu(float negative_slope) { return {negative_slope};
 struct conv_f32_weights {
     using value_type = float;
 
-    static constexpr float result_zero_point = 0.0F;
+    static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_weights
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
@@ -5696,8 +5696,8 @@ LDI_END_TARGET
 // or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
 // The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, the
-// minimum of 7 runs is 3 % higher for 3 x 3 convolutions from 32 to 32 channels, 34 % for 3 x 3 from 16 to 16, 39 % for 3 x 3
-// from 24 to 3, and 44 % for 1 x 1 from 5 to 8. Half vectors and separate functions for sums and results make the difference.
+// median of 9 runs of conv_f32 (conv_u8) is 31 % (15 %) higher for 3 x 3 convolutions from 16 to 16 channels, 33 % (18 %) for
+// 3 x 3 from 24 to 3, and 41 % (6 %) for 1 x 1 from 5 to 8. From 32 channels to 32, both are within 5 %.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -7668,6 +7668,20 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     depthwise_u8_unit<16>(call, sums, unit.first);
 }
 
+/// Computes all units of a row. Sums(values, bias) holds three columns of weights.
+template <class Sums>
+inline void depthwise_u8_units(const detail::depthwise_call& call) {
+    const std::int8_t* values = call.weights.narrow.data();
+    const std::int32_t* bias = call.weights.bias.data();
+    for (std::size_t done = 0; done < call.weights.channels;) {
+        const detail::depthwise_unit unit(call.weights.channels, done, depthwise_max_channels);
+        depthwise_u8_unit(call, Sums(values, bias), unit);
+        values += 3 * 4 * depthwise_max_channels;
+        bias += depthwise_max_channels;
+        done = unit.end();
+    }
+}
+
 /// The weights of one unit.
 template <bool has_further_terms>
 struct depthwise_sums : depthwise_results {
@@ -7985,6 +7999,20 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     depthwise_u8_unit<16>(call, sums, unit.first);
 }
 
+/// Computes all units of a row. Sums(values, bias) holds three columns of weights.
+template <class Sums>
+inline void depthwise_u8_units(const detail::depthwise_call& call) {
+    const std::int8_t* values = call.weights.narrow.data();
+    const std::int32_t* bias = call.weights.bias.data();
+    for (std::size_t done = 0; done < call.weights.channels;) {
+        const detail::depthwise_unit unit(call.weights.channels, done, depthwise_max_channels);
+        depthwise_u8_unit(call, Sums(values, bias), unit);
+        values += 3 * 4 * depthwise_max_channels;
+        bias += depthwise_max_channels;
+        done = unit.end();
+    }
+}
+
 /// The weights of one unit.
 struct depthwise_sums : depthwise_results {
     __m512i weights[12];
@@ -8010,14 +8038,7 @@ private:
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    const detail::depthwise_call call(weights, rows, width, repeat, result);
-    const std::int8_t* values = weights.narrow.data();
-    const std::int32_t* bias = weights.bias.data();
-    for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
-        const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
-        depthwise_u8_unit(call, depthwise_sums(values, bias), unit);
-        done = unit.end();
-    }
+    depthwise_u8_units<depthwise_sums>(detail::depthwise_call(weights, rows, width, repeat, result));
 }
 
 LDI_END_TARGET
@@ -8270,6 +8291,20 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     depthwise_u8_unit<16>(call, sums, unit.first);
 }
 
+/// Computes all units of a row. Sums(values, bias) holds three columns of weights.
+template <class Sums>
+inline void depthwise_u8_units(const detail::depthwise_call& call) {
+    const std::int8_t* values = call.weights.narrow.data();
+    const std::int32_t* bias = call.weights.bias.data();
+    for (std::size_t done = 0; done < call.weights.channels;) {
+        const detail::depthwise_unit unit(call.weights.channels, done, depthwise_max_channels);
+        depthwise_u8_unit(call, Sums(values, bias), unit);
+        values += 3 * 4 * depthwise_max_channels;
+        bias += depthwise_max_channels;
+        done = unit.end();
+    }
+}
+
 /// The weights of one unit.
 template <class Requantizer>
 struct depthwise_sums {
@@ -8303,24 +8338,13 @@ private:
     }
 };
 
-template <class Requantizer>
-inline void depthwise_u8_units(const detail::depthwise_call& call) {
-    const std::int8_t* values = call.weights.narrow.data();
-    const std::int32_t* bias = call.weights.bias.data();
-    for (std::size_t done = 0; done < call.weights.channels; values += 12 * 16, bias += 16) {
-        const detail::depthwise_unit unit(call.weights.channels, done, depthwise_max_channels);
-        depthwise_u8_unit(call, depthwise_sums<Requantizer>(values, bias), unit);
-        done = unit.end();
-    }
-}
-
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     if (weights.output.zero_point == 0)
-        depthwise_u8_units<relu_requantizer>(call);
+        depthwise_u8_units<depthwise_sums<relu_requantizer>>(call);
     else
-        depthwise_u8_units<requantizer>(call);
+        depthwise_u8_units<depthwise_sums<requantizer>>(call);
 }
 
 LDI_END_TARGET
@@ -18076,8 +18100,7 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
     // (render/stereo.hpp).
     const float eye = (std::min)(0.5F * parallax, detail::nearest_float(camera.width) / 60.0F);
     const float d = std::clamp(disparity, 0.0F, 1.0F);
-    return (std::max)(std::abs(d - window_disparity) * parallax, (1.0F - d) * eye) + mesh_pixels +
-           mesh_disparity * parallax;
+    return (std::max)(std::abs(d - window_disparity) * parallax, (1.0F - d) * eye) + mesh_pixels + mesh_disparity * parallax;
 }
 
 namespace detail {
