@@ -4,10 +4,10 @@
 #                                             Optional variables: build_targets, a list of targets to build instead of all;
 #                                             only_labels and exclude_labels, patterns of labels of tests to run and to leave out
 #   count_step NAME COMMAND...                runs a command, which counts as one test
-#   add_tally "N passed, N failed"            adds these counts; any other text counts as one failure
+#   add_tally "N passed, N failed"            adds these counts; any other text counts as one failure, "0 passed, 0 failed" as skipped
 #   count_script COMMAND...                   runs a script that prints a tally in its last line, and adds the counts
-#   print_tally                               prints "N passed, N failed", and above it the number of skipped tests of CTest, which count
-#                                             as neither; fails if any test failed
+#   print_tally                               prints "N passed, N failed", and above it the number of skipped tests, which count as
+#                                             neither; fails if any test failed
 
 # shellcheck shell=bash
 
@@ -63,6 +63,7 @@ add_tally() {
     if [[ $1 =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
         passed=$((passed + BASH_REMATCH[1]))
         failed=$((failed + BASH_REMATCH[2]))
+        [ "$1" != "0 passed, 0 failed" ] || skipped=$((skipped + 1))
     else
         failed=$((failed + 1))
     fi

@@ -238,15 +238,15 @@ void add_subsets() {
         const ldi::convolution_plan whole = plan();
         const ldi::pixel_subset wanted = ldi::pixel_subset::marked(unknown());
         measure(state, pixels_text(wanted.size()), {.pixels = static_cast<double>(wanted.size())},
-                [&] { return ldi::restrict_to(whole, wanted.pixels); });
+                [&] { return ldi::restrict_to(whole, wanted.pixels()); });
     });
     add("nn/restrict_and_renumber", [=](benchmark::State& state) {
         const ldi::convolution_plan whole = plan();
         const ldi::pixel_subset wanted = ldi::pixel_subset::marked(unknown());
         measure(state, pixels_text(wanted.size()), {.pixels = static_cast<double>(wanted.size())},
-                [&] { return ldi::restrict_and_renumber(whole, wanted.pixels); });
+                [&] { return ldi::restrict_and_renumber(whole, wanted.pixels()); });
     });
-    const auto restricted = [=] { return ldi::restrict_to(plan(), ldi::pixel_subset::marked(unknown()).pixels); };
+    const auto restricted = [=] { return ldi::restrict_to(plan(), ldi::pixel_subset::marked(unknown()).pixels()); };
     add("nn/mark_needed_inputs", [=](benchmark::State& state) {
         const ldi::convolution_plan some = restricted();
         ldi::buffer<std::uint8_t> marks(some.input_count(), 0);

@@ -1,5 +1,5 @@
 // ONNX Runtime on the models that dense_convolution.py writes, one thread:
-//     node dense_convolution.mjs WIDTH HEIGHT CHANNELS...     channels and median milliseconds of processor time, line by line
+//     node dense_convolution.mjs WIDTH HEIGHT CHANNELS...     prints per line: channels, median milliseconds of processor time
 // Run in a folder with onnxruntime-node and the models.
 import ort from 'onnxruntime-node';
 

@@ -1,5 +1,5 @@
-// Is an idea worth its code? Leave it out, and count what breaks. Each row makes the layered image of a photo of an archway and
-// its charts, without one of the paper's ideas.
+// Is an idea worth its code? Leave it out, and count what breaks. For each row, the program makes the layered image of an archway
+// and its charts, without one of the paper's ideas.
 #include "sample.hpp"
 
 #include <ldi/charts/charts.hpp>

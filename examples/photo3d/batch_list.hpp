@@ -247,12 +247,13 @@ inline void check_batch_options(const arguments& a) {
     std::error_code failed, ignored;
     for (const std::filesystem::path& folder : {a.output, a.html, a.report}) {
         if (folder.empty()) continue;
-        if (is_standard(folder)) raise(error_code::invalid_option, "-", "the name of a folder, with --batch", "standard output");
+        if (is_standard(folder))
+            raise(error_code::invalid_option, "-", "the name of a folder, as --batch requires", "standard output");
         std::filesystem::create_directories(folder, failed);
         if (!std::filesystem::is_directory(folder, ignored)) {
             if (std::filesystem::exists(folder, ignored))
-                raise(error_code::file_access, folder.string(), "a folder, with --batch", "a file");
-            raise_system_error(failed.value(), folder, "a folder, with --batch");
+                raise(error_code::file_access, folder.string(), "a folder, as --batch requires", "a file");
+            raise_system_error(failed.value(), folder, "a folder, as --batch requires");
         }
     }
     if (!a.depth.empty() && a.depth != "none" && !std::filesystem::is_directory(a.depth, ignored))

@@ -1,4 +1,4 @@
-// Compresses geometry by EXT_meshopt_compression and KHR_mesh_quantization: sorts vertices and triangles so that they compress
+// Compresses geometry with EXT_meshopt_compression and KHR_mesh_quantization: sorts vertices and triangles so that they compress
 // well, rounds positions to the coarsest grid without visible error, and encodes both with meshoptimizer.
 #pragma once
 

@@ -129,7 +129,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
     }
     input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
                                  : decode_photo_with_map(photo, depth, a.reading(), name, depth_name);
-    if (!input.refused.empty()) say("not used: " + input.refused);
+    if (!input.refused.empty()) say("depth not used: " + input.refused);
     if (!input.depth && !by.depth)
         raise(error_code::invalid_option, "photo3d",
               std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +

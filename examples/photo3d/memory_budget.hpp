@@ -185,8 +185,8 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// Memory for the stages of one photo: the unused part of its share, and more while the budget has it. So the limit is kept even
-/// for depth maps that need many times the hidden surfaces of photographs.
+/// Memory for the stages of one photo: the unused part of its share, and more while the budget has free memory. The limit
+/// therefore holds even for depth maps with many times the hidden surfaces of photographs.
 class metered_memory {
 public:
     /// held  bytes of the share in use outside the stages: files, the photo, depth maps

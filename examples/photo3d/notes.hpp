@@ -12,7 +12,8 @@
 
 namespace ldi::examples {
 
-/// Describes what is unusual about a converted photo and concerns its user, one sentence or two per note; none for most photos.
+/// Lists what is unusual about a converted photo and matters to its user. Each note has one or two sentences. Empty for most
+/// photos.
 ///
 /// hidden  number of pixels behind the photo
 /// depth   source of the depth

@@ -27,7 +27,7 @@ inline std::string listed(const std::vector<std::string>& words) {
 /// A rejected value in a message.
 inline std::string shown(const std::string& given) { return given.empty() ? "an empty text" : given; }
 
-/// Accepts a number in a range. Unlike CLI::Range, it takes both bounds as double for options of any type, and rejects "nan".
+/// Accepts a number in a range. Unlike CLI::Range, uses double for both bounds with options of any type, and rejects "nan".
 inline CLI::Validator between(double minimum, double maximum) {
     char range[64];
     std::snprintf(range, sizeof range, "%g to %g", minimum, maximum);

@@ -99,6 +99,7 @@ inline void describe_depth(CLI::App& app, arguments& a) {
                    "weights of the depth network: a safetensors file, or a folder with tiefenrausch.pb and tiefenrausch_init.pb "
                    "(the published network); default: see below")
         ->type_name("PATH")
+        ->check(named())
         ->excludes(depth);
 }
 
@@ -141,12 +142,14 @@ inline void describe_look(CLI::App& app, arguments& a) {
     app.option_defaults()->group("Look");
     app.add_option("--inpainting-model", a.inpainting_model,
                    "weights (safetensors) of the network that colors hidden surfaces; default: see below")
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->check(named());
     app.add_option(
            "--silhouette-model", a.silhouette_model,
            "weights (safetensors) of the network that decides which pixels beside a silhouette belong to the surface in front; "
            "none, the default: silhouettes are moved onto edges of the photo instead")
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->check(named());
     app.add_option("--inpaint", a.inpaint,
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
         ->check(one_of({"diffusion", "network"}));

@@ -20,7 +20,7 @@ namespace ldi::examples {
 class output_names {
 public:
     /// Claims an output. Raises invalid_option if the file is already claimed: by the same path, through links to it or to its
-    /// folder, as a hard link, or in other case in a folder that is not case-sensitive. Also raises it for a link to a file of
+    /// folder, as a hard link, or with other capitalization in a case-insensitive folder. Also raises it for a link to a file of
     /// another type, which may be a photo of the batch.
     void claim(const std::filesystem::path& output) {
         const std::filesystem::path place = follow_links(std::filesystem::absolute(output).lexically_normal());

@@ -69,8 +69,8 @@ public:
         for (std::size_t i = 1; i < count(); ++i) use(i, sheet(i, threads));
     }
 
-    /// Draws the 3D photo from a viewpoint, with as much of the texture as a picture of that size can show. Gaps and the area
-    /// beyond the photo's border show the farthest surfaces around them, continued.
+    /// Draws the 3D photo from a viewpoint, with as much of the texture as a picture of that size can show. gap_colors() fills
+    /// gaps and the area beyond the photo's border.
     template <executor Executor>
     rendering draw(const view& from, raster_options options, Executor& threads) {
         rendering seen = draw_surfaces(from, options, threads);

@@ -110,8 +110,8 @@ public:
         }
     }
 
-    /// Waits for the program's end. Raises unavailable if it failed, mostly for lack of disk space; it has printed a message
-    /// itself.
+    /// Waits until the program ends. Raises unavailable if it failed, usually because the disk is full; it has then printed a
+    /// message itself.
     void finish() {
         const int status = wait();
         if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)

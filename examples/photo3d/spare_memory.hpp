@@ -1,5 +1,5 @@
-// Reserves memory for the case that memory runs out: messages and the removal of unfinished files need a little, and an
-// allocation that fails in a destructor terminates the program.
+// Keeps memory in reserve in case memory runs out: messages and the removal of unfinished files need a little, and an allocation
+// that fails in a destructor terminates the program.
 #pragma once
 
 #include <atomic>

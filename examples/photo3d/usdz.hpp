@@ -1,4 +1,4 @@
-// Encodes a 3D photo as USDZ, which iPhones, iPads and Macs show without a special program (AR Quick Look): `photo3d --usdz
+// Encodes a 3D photo as USDZ, which iPhones, iPads and Macs show without an extra app (AR Quick Look): `photo3d --usdz
 // FILE`. A USDZ file is a zip file with uncompressed files, each aligned to 64 bytes ("Usdz File Format Specification", Pixar):
 // a scene as text (usda), then its textures.
 #pragma once

@@ -125,8 +125,10 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
 /// - invalid_option for an option outside its range
 /// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps
-/// - out_of_memory, and canceled if options.progress requests to stop
+/// - canceled if options.progress requests to stop
 /// - the errors of the estimator, the decider and the inpainter.
+///
+/// Throws std::bad_alloc if memory is exhausted; without exceptions, raises out_of_memory.
 ///
 /// Memory and time are bounded for any depth map: each stage documents its bound, and bench/photo3d/README.md lists measured
 /// peaks.

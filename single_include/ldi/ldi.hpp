@@ -158,7 +158,9 @@ enum class error_code {
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
-    out_of_memory,   ///< the caller's memory is exhausted; only without exceptions, otherwise std::bad_alloc
+    /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, exhausted memory throws std::bad_alloc, and raises
+    /// this code only without exceptions
+    out_of_memory,
     /// a temporary failure of the operating system (a full disk, too many open files): the same call may succeed later
     unavailable,
 };
@@ -337,7 +339,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Size of a cache line, so that aligned vector loads of packed values never straddle two lines.
+/// Alignment of buffers in bytes: a cache line, so that aligned vector loads of packed values never straddle two lines.
 inline constexpr std::size_t buffer_alignment = 64;
 
 /// Tag for uninitialized values. Without it, a buffer initializes values to zero.
@@ -607,7 +609,7 @@ private:
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
-    // Whether append() accepts a range. Only pointers tell where the range lies.
+    // Whether append() accepts a range: it must not be reversed or overlap this buffer. Only pointers can be checked for overlap.
     template <class Iterator>
     bool accepts(Iterator first, Iterator last) const {
         if constexpr (std::is_pointer_v<Iterator>) {
@@ -683,11 +685,11 @@ public:
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
     template <class Container>
-    requires requires(Container& values) {
-        typename Container::allocator_type;
+    requires std::is_lvalue_reference_v<Container> && requires(Container values) {
+        typename std::remove_reference_t<Container>::allocator_type;
         array_view(values.data(), values.size());
     }
-    array_view(Container& values) : array_view(values.data(), values.size()) {}
+    array_view(Container&& values) : array_view(values.data(), values.size()) {}
     template <class U>
     requires(std::is_same_v<const U, T> && !std::is_const_v<U>) constexpr array_view(array_view<U> values)
         : array_view(values.data(), values.size()) {}
@@ -1431,7 +1433,7 @@ inline constexpr unchecked_t unchecked{};
 }
 }  // namespace detail
 
-/// A graph under construction. It can be read like a finished graph.
+/// A graph under construction. Its columns can be read like those of a finished graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
@@ -1693,13 +1695,16 @@ struct pixel_values {
 };
 
 /// Rules for coarser levels and vertices. first_of() returns the values of the first pixel.
+///
+/// pixels  at least one
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
+    LDI_ASSERT(pixels.size() > 0);
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Whether averaged() accepts the type. A mean of 64-bit identifiers, of enumerators or of texts has no meaning.
+/// Whether averaged() accepts the type. The mean of 64-bit identifiers, enumerators or strings has no meaning.
 template <class Scalar>
 concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4) && requires(Scalar s) {
     static_cast<double>(s);
@@ -1707,9 +1712,12 @@ concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> ||
 };
 
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
+///
+/// pixels  at least one
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
     static_assert(averageable<Scalar>, "64-bit integers and enumerations need a rule of their own, such as first_of");
+    LDI_ASSERT(pixels.size() > 0);
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) {
         double sum = 0;
@@ -1925,9 +1933,9 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    // Whether a piece contains each entry of `origins`, followed by the same for each old pixel. Pieces usually contain the old
-    // pixels in ascending order. As long as they do, the number of old pixels so far, `continued`, is enough. The entries for old
-    // pixels are added at the first piece out of order.
+    // Marks the entries of `origins` that pieces contain, followed by the old pixels that they contain. Pieces usually contain
+    // the old pixels in ascending order. As long as they do, the number of old pixels so far, `continued`, replaces their marks.
+    // The marks of old pixels are added at the first piece out of order.
     buffer<bool> seen(new_count);
     std::size_t total = 0, continued = 0;
     bool is_in_order = true;
@@ -2956,9 +2964,9 @@ private:
         }
     }
 
-    /// Weight of a known neighbor on the next coarser level, inverse to its distance. A joined cell, two cells wide, borders on
-    /// two known cells, whose centers are 1.5 cells away from its center. The center of a neighboring joined cell is 2 cells
-    /// away. If that neighbor has weight 2 / 2, the two known cells together have weight 2 / 1.5.
+    /// Weight of a known neighbor on the next coarser level, inverse to its distance; a neighboring joined cell has weight 1. A
+    /// joined cell is two cells wide, so it borders on two known cells. Their centers are 1.5 cells away from its center, that of
+    /// a neighboring joined cell 2 cells. The two known cells together have weight 2 / 1.5, so each has weight 2 / 3.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;
@@ -3253,7 +3261,8 @@ void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Minimum step in disparity down to a hidden surface, as a multiple of surface_rule::max_step, with a margin for rounding.
+/// Minimum difference in disparity between a hidden surface and the surface in front of it, as a multiple of
+/// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
 /// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
 /// surface_rule::max_step.
@@ -3307,9 +3316,9 @@ struct photo_facts {
     }
 };
 
-/// Errors that the default tolerances of the mesh allow; hidden surfaces and hems extend farther by this much. The outlines of
-/// two surfaces that separate may each be off by a pixel (mesh/simplify.hpp). Their disparities may be off by two hundredths
-/// (mesh/simplify.hpp, mesh/studs.hpp).
+/// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces and hems extend far enough to
+/// cover these errors. Where two surfaces separate, each outline may be off by one pixel (mesh/simplify.hpp). Their disparities
+/// may be off by 0.02 (mesh/simplify.hpp, mesh/studs.hpp).
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.
@@ -3578,8 +3587,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// corner.
 class corner_map {
 public:
-    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
-        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
+    /// Raises too_large for 2^31 corners or more.
+    corner_map(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
+        const std::int64_t corners = (std::int64_t{width} + 1) * (std::int64_t{height} + 1);
+        if (corners > 0x7FFFFFFF)
+            raise(error_code::too_large, "corner_map", "fewer than 2^31 pixel corners", std::to_string(corners));
+        stride_ = width + 1;
+        present_.assign(static_cast<std::size_t>(corners), 0);
     }
 
     void add(std::int32_t corner, side toward) {
@@ -4046,6 +4060,12 @@ inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
     return true;
+}
+
+/// Raises invalid_option if the set is not available.
+inline void check_available(const char* where, isa set) {
+    if (!is_available(set))
+        raise(error_code::invalid_option, where, "an instruction set of this processor and build", std::string(to_string(set)));
 }
 
 /// Returns the set that LDI_ISA names, else the fastest available one. Raises an error if LDI_ISA names a set that is not
@@ -4547,7 +4567,7 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 }  // namespace detail
 
 /// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
-/// Negating both scale and offset gives the same function of `-acc`.
+/// Negating both scale and offset results in the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -4659,8 +4679,8 @@ inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
 /// Applies an unfused_requantization to vectors.
 ///
-/// positive  whether the offset has the same sign for all values; requires a zero point of 0, with which negative values become
-///           0 for either sign
+/// positive  whether to add the offset unchanged to all values, instead of with each value's sign. Requires a zero point of 0:
+///           negative values then clamp to 0 in either case
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -6218,7 +6238,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for conv_f32().
 ///
-/// target   instruction set to pack for; must be available (is_available())
+/// target   instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
@@ -6228,6 +6248,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
+    check_available("pack_conv_f32", kernel.set);
     conv_f32_weights packed;
     packed.target = kernel.set;
     packed.rows = rows;
@@ -7038,7 +7059,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for conv_u8().
 ///
-/// target             instruction set to pack for; must be available (is_available())
+/// target             instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
 /// zero_points        one per input of a piece
@@ -7055,6 +7076,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
+    check_available("pack_conv_u8", kernel.set);
     conv_u8_weights packed;
     packed.target = kernel.set;
     packed.rows = rows;
@@ -7596,9 +7618,12 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
-    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
-    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    ///
+    ///     around the last copy of column c - 1       as the right column
+    ///     around its own first and last copies       as two of the three columns
+    ///     around its other copies                    as all columns
+    ///     around the first copy of column c + 1      as the left column
     ///
     /// fixed_repeat  repetitions, or 0 if the compiler does not know them
     template <std::size_t fixed_repeat>
@@ -7927,9 +7952,12 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
-    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
-    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    ///
+    ///     around the last copy of column c - 1       as the right column
+    ///     around its own first and last copies       as two of the three columns
+    ///     around its other copies                    as all columns
+    ///     around the first copy of column c + 1      as the left column
     ///
     /// fixed_repeat  repetitions, or 0 if the compiler does not know them
     template <std::size_t fixed_repeat>
@@ -8219,9 +8247,12 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
-    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
-    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    ///
+    ///     around the last copy of column c - 1       as the right column
+    ///     around its own first and last copies       as two of the three columns
+    ///     around its other copies                    as all columns
+    ///     around the first copy of column c + 1      as the left column
     ///
     /// fixed_repeat  repetitions, or 0 if the compiler does not know them
     template <std::size_t fixed_repeat>
@@ -8449,7 +8480,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-/// Interleaves 16 channels of two rows or columns to pairs of 16-bit values.
+/// Interleaves 16 channels of two rows or columns into pairs of 16-bit values.
 [[gnu::always_inline]] inline void store_pairs(v128_t a, v128_t b, std::int16_t* to) {
     const v128_t low = wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const v128_t high = wasm_i8x16_shuffle(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
@@ -10185,6 +10216,40 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 
 }}  // namespace ldi
 
+// ---- ldi/base/printable.hpp
+// Formats numbers, image sizes, and names that were read from files, for messages.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Shortens a name that was read from a file, and replaces unprintable characters.
+inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
+    constexpr std::size_t max_length = 80;
+    std::string result(name.substr(0, max_length));
+    for (char& c : result)
+        if (c < ' ' || c > '~') c = '?';
+    return result + (name.size() > max_length ? "..." : "");
+}
+
+/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
+inline std::string to_text(double value) {
+    if (std::isnan(value)) return "nan";
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.7g", value);
+    return digits;
+}
+
+/// Formats the size of an image or view: "480 x 640 x 3".
+inline std::string shape_text(const auto& picture) {
+    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
+           std::to_string(picture.channels());
+}
+
+/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
+inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
 // Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
 
@@ -10528,12 +10593,12 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
 
 inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
     const auto refuse = [&](const std::string& found) {
-        raise(error_code::mismatch, "plan_convolution", "the map of the result of coarsen() for this graph", found);
+        raise(error_code::mismatch, "plan_convolution", "the level_map that coarsen() returned for this graph", found);
     };
     const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
     if (parent.size() != g.size())
-        refuse("that of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
-    if (map.width() != g.width() || map.height() != g.height()) refuse("that of another lattice");
+        refuse("the map of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
+    if (map.width() != g.width() || map.height() != g.height()) refuse("the map of a graph on a lattice of another size");
     plan_parts plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = all_kept.size();
@@ -10545,7 +10610,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
         const std::int32_t output = parent[first + odd];
         if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
             all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
-            refuse("that of another graph");
+            refuse("the map of another graph");
         add_segment(plan, {output, kept}, rows, odd);
         return true;
     });
@@ -10570,10 +10635,10 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
-/// map          of the result of coarsen(g)
+/// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size; mismatch if `map` is that of a graph of another size or lattice, or of one with
-/// other pixels in the runs that become segments.
+/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels or
+/// another lattice, or with other pixels in the runs that become segments.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
@@ -10717,10 +10782,8 @@ struct basic_feature_map {
 
     basic_feature_map() = default;
     /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
-    basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count),
-          values(checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
-          zero(stands_for_zero) {}
+    basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value zero_value = {})
+        : channels(channel_count), values(checked_size(1, pixel_count, channel_count, sizeof(Value)), unset), zero(zero_value) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 
@@ -10736,12 +10799,13 @@ struct basic_feature_map {
     template <std::integral Index>
     std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
-    /// The map must outlive the view and keep its size. A temporary map converts, too, as an argument of a call.
+    /// The map must outlive the view and keep its size. A temporary map also converts, so that it can be a function argument.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
     template <std::integral Index>
     std::size_t first(Index pixel) const {
+        LDI_ASSERT(static_cast<std::size_t>(pixel) < pixels());
         return static_cast<std::size_t>(pixel) * channels;
     }
 };
@@ -10761,7 +10825,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, std::span<c
 /// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
 /// parent. Both arguments must outlive the view. Raises mismatch unless `coarse` has one pixel per pixel of the coarse graph.
 ///
-/// by  of the result of coarsen() for the finer graph
+/// by  coarsened::map of the result of coarsen() for the finer graph
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
     if (coarse.pixels() != by.kept().size())
@@ -11112,10 +11176,15 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         float largest = 0.0F;
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
-        const float step = largest > 0.0F ? largest / detail::nearest_float(max_conv_u8_weight) : 1.0F;
+        const float step = largest / detail::nearest_float(max_conv_u8_weight);
+        const bool is_zero = step < (std::numeric_limits<float>::min)();  // quotients of subnormal floats may exceed the maximum
+        scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
+        if (!std::isfinite(scales[o]) || !std::isfinite(result_bias[o]))
+            raise(error_code::unsupported, "convolution, output " + std::to_string(o),
+                  "a finite scale and bias in units of bytes",
+                  "a scale of " + detail::to_text(scales[o]) + " and a bias of " + detail::to_text(result_bias[o]));
         for (std::size_t i = 0; i < inputs; ++i)
-            rounded[o * inputs + i] = static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));
-        scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
+            rounded[o * inputs + i] = is_zero ? std::int8_t{0} : static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));
     }
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
 }
@@ -11372,6 +11441,13 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 // quantized() compares and selects bits instead of floats, so that loops that call it have no branches and GCC vectorizes them.
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
+template <class Value>
+void check_same_shape(const char* where, const basic_feature_view<Value>& a, const basic_feature_view<Value>& b) {
+    if (b.pixels() != a.pixels() || b.channels != a.channels)
+        raise(error_code::mismatch, where, std::to_string(a.pixels()) + " pixels of " + std::to_string(a.channels) + " channels",
+              std::to_string(b.pixels()) + " of " + std::to_string(b.channels));
+}
+
 /// Returns the byte to which quantize() converts a value.
 ///
 /// max_size  bits of the float 256 * scale, to which larger magnitudes are clamped
@@ -11419,10 +11495,10 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  as many pixels and channels as `a`; may be upsampled. Its missing pixels count as zero
+/// b  as many pixels and channels as `a`, else raises mismatch; may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
-    LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
+    detail::check_same_shape<float>("add", a, b);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
@@ -11438,11 +11514,12 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
 
 /// Returns a + b for maps of bytes, each in its own quantization.
 ///
+/// b    as in add() for floats
 /// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
-    LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
+    detail::check_same_shape<std::uint8_t>("add", a, b);
     constexpr std::size_t grain = 1024;
     const buffer<std::uint8_t> missing(b.channels, b.zero);
     parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
@@ -11467,7 +11544,10 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
     LDI_ASSERT(!sources.empty());
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.pixels() == sources[0].pixels() && source.zero == sources[0].zero);
+        LDI_ASSERT(source.zero == sources[0].zero);
+        if (source.pixels() != sources[0].pixels())
+            raise(error_code::mismatch, "concatenate", std::to_string(sources[0].pixels()) + " pixels",
+                  std::to_string(source.pixels()));
         channels += source.channels;
     }
     basic_feature_map<Value> result(sources[0].pixels(), channels, sources[0].zero);
@@ -11486,7 +11566,7 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 /// Concatenates the channels of the maps. With a single upsampled map, stores it at full size. Convolutions can read several
 /// maps directly, which is faster.
 ///
-/// maps  at least one, all with the same number of pixels; maps of bytes must share one quantization
+/// maps  at least one, all with the same number of pixels, else raises mismatch; maps of bytes must share one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -11559,23 +11639,29 @@ feature_map tanh(feature_map x, Executor&& threads = {}) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Copies a column to a feature map of K pixels and the column's channels. `Value` is float or std::uint8_t; bytes require a
-/// column of bytes.
+/// Copies a column to a feature map of K pixels and the column's channels.
 ///
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
-///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 ///
-/// scale  factor of every value, for float maps
-template <payload_column Column, class Value = float, has_column<Column> Layers>
-basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
-    static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
+/// scale  factor of every value
+template <payload_column Column, has_column<Column> Layers>
+feature_map from_column(const Layers& layers, float scale = 1.0F) {
     const array_view<const typename Column::scalar> column = layered_view<Column>(layers).template column<Column>();
+    feature_map map(layers.size(), Column::channels);
+    std::transform(column.begin(), column.end(), map.values.begin(),
+                   [scale](auto value) { return scale * static_cast<float>(value); });
+    return map;
+}
+
+/// Copies a column of bytes to a map of bytes.
+///
+///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
+template <payload_column Column, std::same_as<std::uint8_t> Value, has_column<Column> Layers>
+basic_feature_map<Value> from_column(const Layers& layers) {
+    static_assert(std::same_as<Value, typename Column::scalar>, "bytes require a column of bytes");
+    const array_view<const Value> column = layered_view<Column>(layers).template column<Column>();
     basic_feature_map<Value> map(layers.size(), Column::channels);
-    if constexpr (std::same_as<Value, float>)
-        std::transform(column.begin(), column.end(), map.values.begin(),
-                       [scale](auto value) { return scale * static_cast<float>(value); });
-    else
-        std::copy(column.begin(), column.end(), map.values.begin());
+    std::copy(column.begin(), column.end(), map.values.begin());
     return map;
 }
 
@@ -11627,36 +11713,52 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a subset, and the reverse lookup.
-struct pixel_subset {
-    buffer<std::int32_t> pixels;  ///< ascending
-    buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
-
-    std::size_t size() const { return pixels.size(); }
-
+/// Pixels of a subset, and the reverse lookup. Subsets do not change, so their indices always exist.
+class pixel_subset {
+public:
     /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
-        subset.row_of.resize(marks.size(), unset);
-        subset.pixels.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
+        subset.row_of_.resize(marks.size(), unset);
+        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
         std::int32_t pixel = 0, row = 0;
         for (const std::uint8_t mark : marks) {
-            subset.row_of[pixel] = mark != 0 ? row : no_pixel;
-            subset.pixels[row] = pixel++;
+            subset.row_of_[pixel] = mark != 0 ? row : no_pixel;
+            subset.pixels_[row] = pixel++;
             row += mark != 0 ? 1 : 0;
         }
-        subset.pixels.pop_back();
+        subset.pixels_.pop_back();
         return subset;
     }
+
+    std::size_t size() const { return pixels_.size(); }
+    /// The pixels, ascending. A call on a temporary subset returns the values instead of a view, and leaves the subset empty.
+    array_view<const std::int32_t> pixels() const& { return pixels_; }
+    buffer<std::int32_t> pixels() && { return std::exchange(*this, {}).pixels_; }
+    /// Per pixel of the graph: its index in pixels(), or no_pixel.
+    array_view<const std::int32_t> row_of() const& { return row_of_; }
+    array_view<const std::int32_t> row_of() const&& = delete;
+
+private:
+    buffer<std::int32_t> pixels_, row_of_;
 };
 
 namespace detail {
 
+inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
+    if (subset.row_of().size() != pixels)
+        raise(error_code::mismatch, "pixel_subset", "a subset of the plan's " + std::to_string(pixels) + " pixels",
+              "one of " + std::to_string(subset.row_of().size()));
+}
+
 inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
     if (pixel == no_pixel) return;
-    pixel = subset.row_of[pixel];
-    LDI_ASSERT(pixel != no_pixel);
+    const std::int32_t row = subset.row_of()[pixel];
+    if (row == no_pixel)
+        raise(error_code::mismatch, "pixel_subset", "pixel " + std::to_string(pixel) + ", which the plan uses",
+              "a subset without it");
+    pixel = row;
 }
 
 }  // namespace detail
@@ -11665,9 +11767,11 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 ///
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
 ///         these must be included
+///
+/// Raises mismatch if the subset is of another graph or lacks a pixel.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
-    LDI_ASSERT(inputs.row_of.size() == parts.input_count);
+    detail::check_graph_of(inputs, parts.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
     for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
@@ -11679,9 +11783,11 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
+///
+/// Raises mismatch as renumber_inputs() does.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
-    LDI_ASSERT(outputs.row_of.size() == parts.output_count);
+    detail::check_graph_of(outputs, parts.output_count);
     for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
     for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
     parts.output_count = outputs.size();
@@ -11733,7 +11839,7 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const level_
 /// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
@@ -11749,7 +11855,7 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
 /// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     return detail::pool<Value>(
@@ -11872,40 +11978,6 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 }
 
 }}  // namespace ldi
-
-// ---- ldi/base/printable.hpp
-// Formats numbers, image sizes, and names that were read from files, for messages.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Shortens a name that was read from a file, and replaces unprintable characters.
-inline std::string printable(std::string_view name) {
-    if (name.empty()) return "an empty name";
-    constexpr std::size_t max_length = 80;
-    std::string result(name.substr(0, max_length));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > max_length ? "..." : "");
-}
-
-/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
-inline std::string to_text(double value) {
-    if (std::isnan(value)) return "nan";
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.7g", value);
-    return digits;
-}
-
-/// Formats the size of an image or view: "480 x 640 x 3".
-inline std::string shape_text(const auto& picture) {
-    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
-           std::to_string(picture.channels());
-}
-
-/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
-inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
-
-}}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/weights.hpp
 // Looks up the weights of a network by name, and checks their types and shapes.
@@ -12091,7 +12163,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
               std::to_string(a.channels) + " and " + std::to_string(b.channels));
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
-        raise(error_code::unsupported, place, "ratios of input scale to output scale whose larger one is in [2^-10, 2^8)",
+        raise(error_code::unsupported, place, "ratios of input scale to output scale, the larger in [2^-10, 2^8)",
               to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }
@@ -12698,11 +12770,12 @@ public:
 
     /// Checks the description and packs its weights.
     ///
-    /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
+    /// target  the instruction set to pack weights for; must be available, else raises invalid_option. Results do not depend on
+    /// it
     ///
     /// Raises an error that names the tensor if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
-        LDI_ASSERT(is_available(target));
+        check_available("quantized_network", target);
         detail::check_network(description);
         input_name_ = description.input_name;
         values_ = {description.input};
@@ -13113,7 +13186,7 @@ inline quantization quantization_of(const named_tensors& file, const std::string
     const buffer<float>& ends = finite_values(file, name, {2});
     const float scale = (ends[1] - ends[0]) / 255.0F;
     if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-        raise(error_code::invalid_data, tensor_place(file, name), "a range around 0",
+        raise(error_code::invalid_data, tensor_place(file, name), "a range that contains 0",
               to_text(ends[0]) + " to " + to_text(ends[1]));
     return {scale, rounded_to_byte(-ends[0] / scale)};
 }
@@ -13335,7 +13408,7 @@ private:
     quantization range(const std::string& of) const {
         if (!file_.tensors.contains(of + ".range"))
             raise(error_code::mismatch, where(),
-                  "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
+                  "value ranges for int8 arithmetic, as examples/training/farbrausch/export.py writes them",
                   "no tensor " + of + ".range");
         return quantization_of(file_, of);
     }
@@ -13399,7 +13472,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     decoded[0] = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, decoded[i].pixels);
+        level.decode = restrict_to(level.average, decoded[i].pixels());
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
@@ -13412,7 +13485,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels);
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels());
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
         pixel_subset read_here = pixel_subset::marked(read_marks[i]);
@@ -13420,14 +13493,14 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         level.encode = on_subsets(std::move(level.encode), read, read_here);
         level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
         level.decoded_above.reserve(read_here.size());
-        for (const std::int32_t pixel : read_here.pixels) {
+        for (const std::int32_t pixel : read_here.pixels()) {
             const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of[above]);
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of()[above]);
         }
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read.pixels), levels[0].decoded = std::move(decoded[0].pixels);
+    levels[0].read = std::move(read).pixels(), levels[0].decoded = std::move(decoded[0]).pixels();
     return levels;
 }
 
@@ -13610,7 +13683,7 @@ public:
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
-    /// convert  converts floats to values of the input
+    /// convert  converts a float to the type of the network's input
     template <class Convert>
     auto run(const Convert& convert) {
         const std::size_t depth = levels_.size() - 1;
@@ -13731,9 +13804,9 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Last, colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface
-    /// to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link
-    /// per pass: each pixel becomes the average of its colored neighbors.
+    /// Finally, colors the pixels that have no color on this or a coarser level. Such pixels exist where few links connect a
+    /// surface to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels,
+    /// one link per pass: each pixel becomes the average of its colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
@@ -14159,7 +14232,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     const map back_at_half = run(half_up, levels[1].same, {with_coarser(at_quarter, 1), view(at_half)}, threads);
 
     // The last two layers compute only the wanted pixels and their inputs.
-    const convolution_plan last = restrict_to(levels[0].same, pixel_subset::marked(wanted).pixels);
+    const convolution_plan last = restrict_to(levels[0].same, pixel_subset::marked(wanted).pixels());
     const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
     const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);
     run(out, last, {view(back_at_fine)}, result, threads);
@@ -14319,7 +14392,7 @@ public:
         for (const std::size_t side : {sizes.details, sizes.layout})
             if (side % alignment != 0 || side > max_long_side || sizes.details == 0)
                 raise(error_code::mismatch, where,
-                      "long sides that are multiples of 32, of at most " + std::to_string(max_long_side), std::to_string(side));
+                      "long sides that are multiples of 32, at most " + std::to_string(max_long_side), std::to_string(side));
         if (level_quantization().scale > max_scale)
             raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(max_scale),
                   "steps of " + detail::to_text(level_quantization().scale));
@@ -14794,7 +14867,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const traced_curve& t, c
     return result;
 }
 
-// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `traced_curve::sides`.
+// A pixel between the old and the new curve, and the index in `traced_curve::sides` of a pixel side of the old curve near it.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -15740,14 +15813,14 @@ private:
         }
     }
 
-    /// Whether a neighbor's disparity fits the pixel's side of its step. If the neighbor is nearer to another curve, it may
-    /// belong to another surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood
-    /// of its curve pixels.
+    /// Whether `value`, a neighbor's disparity, is plausible for pixel i, on i's side of the step. A neighbor that is nearer to
+    /// another curve may belong to another surface. The accepted range extends beyond the step, because a blurred step may be
+    /// wider than the neighborhood of its curve pixels.
     bool fits(float value, std::int32_t i) const {
-        constexpr float inwards = 0.5F, outwards = 3.0F;  // as multiples of the step in disparity
+        constexpr float inward = 0.5F, outward = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);
         const float step = s.front - s.back, beyond = in_front_[i] != 0 ? value - s.front : s.back - value;
-        return beyond >= -inwards * step && beyond <= outwards * step;
+        return beyond >= -inward * step && beyond <= outward * step;
     }
 
     const step_band& band_;
@@ -16669,7 +16742,7 @@ struct curve_options {
     constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
     /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
-    /// remaining ones until the limit holds. A noise map then takes only a few times as long as a photo's.
+    /// remaining ones until the limit holds. A map of noise then takes only a few times as long as a photograph's map.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.
@@ -16709,8 +16782,8 @@ inline buffer<std::size_t> group_lengths(const buffer<traced_curve>& traces) {
     return lengths;
 }
 
-// Returns the smallest length, at least `min_length`, for which all curves of at least this length have at most `max_sides` sides
-// together; 0 if all curves fit.
+// Returns the smallest length, `min_length` or more, such that the curves of this length or longer have at most `max_sides` sides
+// in total. Returns 0 if all curves fit.
 inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max_sides, std::size_t min_length) {
     if (tracer.corners().side_count() <= max_sides) return 0;
     buffer<std::size_t> sides;  // per length of a curve: sides of all such curves
@@ -17511,13 +17584,13 @@ public:
 
     /// Returns the width of the rim in pixels.
     ///
-    /// inwards  direction from the rim's side into the photo
-    std::int32_t width(side inwards) const {
-        const bool is_row = inwards == side::up || inwards == side::down;
+    /// inward  direction from the rim's side into the photo
+    std::int32_t width(side inward) const {
+        const bool is_row = inward == side::up || inward == side::down;
         const std::int32_t length = is_row ? graph_.width() : graph_.height(), depth = is_row ? graph_.height() : graph_.width();
         if (length < min_length || depth < 4 * (max_rim + fading)) return 0;
         std::int32_t rim = 0;
-        while (rim <= max_rim && has_one_color(inwards, rim)) ++rim;
+        while (rim <= max_rim && has_one_color(inward, rim)) ++rim;
         return rim == 0 || rim > max_rim ? 0 : rim + fading;
     }
 
@@ -17526,31 +17599,31 @@ private:
     static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
     /// Whether the known pixels at a distance from a side have nearly one color.
-    bool has_one_color(side inwards, std::int32_t distance) const {
+    bool has_one_color(side inward, std::int32_t distance) const {
         std::array<double, 3> mean{};
         double count = 0, deviation = 0;
-        for_each_pixel(inwards, distance, [&](const std::uint8_t* color) {
+        for_each_pixel(inward, distance, [&](const std::uint8_t* color) {
             count += 1;
             for (std::size_t c = 0; c < 3; ++c) mean[c] += color[c];
         });
         if (count == 0) return false;
         for (double& value : mean) value /= count;
-        for_each_pixel(inwards, distance, [&](const std::uint8_t* color) {
+        for_each_pixel(inward, distance, [&](const std::uint8_t* color) {
             for (std::size_t c = 0; c < 3; ++c) deviation += std::abs(color[c] - mean[c]) / 3;
         });
         return deviation <= max_deviation * count;
     }
 
     template <class Visit>
-    void for_each_pixel(side inwards, std::int32_t distance, Visit&& visit) const {
+    void for_each_pixel(side inward, std::int32_t distance, Visit&& visit) const {
         const auto see = [&](std::int32_t pixel) {
             if (known_[pixel] != 0) visit(color_.data() + 3 * std::ptrdiff_t{pixel});
         };
-        const std::int32_t x = inwards == side::right ? distance : graph_.width() - 1 - distance;
-        const std::int32_t y = inwards == side::down ? distance : graph_.height() - 1 - distance;
+        const std::int32_t x = inward == side::right ? distance : graph_.width() - 1 - distance;
+        const std::int32_t y = inward == side::down ? distance : graph_.height() - 1 - distance;
         for (const pixel_run& r : runs_) {
             const std::int32_t x0 = graph_.x()[r.first];
-            if (inwards == side::left || inwards == side::right) {
+            if (inward == side::left || inward == side::right) {
                 if (x0 <= x && x < x0 + r.size()) see(r.first + x - x0);
             } else if (graph_.y()[r.first] == y) {
                 for (std::int32_t i = r.first; i < r.last; ++i) see(i);
@@ -17572,18 +17645,18 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Measures the slope of the photo's lines at one side of its border: steps along the border (down or to the right) per step
-/// inwards.
+/// inward.
 class border_lines {
 public:
     /// color    K x 3
-    /// inwards  direction from this side into the photo
+    /// inward  direction from this side into the photo
     /// rim      width of the rim at this side (detail/photo_rim.hpp)
-    border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inwards, std::int32_t rim)
+    border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inward, std::int32_t rim)
         : graph_(g),
           color_(color),
           rim_(rim),
-          inwards_(inwards),
-          along_(inwards == side::left || inwards == side::right ? side::down : side::right) {}
+          inward_(inward),
+          along_(inward == side::left || inward == side::right ? side::down : side::right) {}
 
     /// Returns the slope at each border pixel of this side.
     ///
@@ -17598,7 +17671,7 @@ public:
             for (std::int32_t pixel = pixels[first]; pixel != no_pixel; pixel = graph_.neighbor(pixel, along_)) {
                 members.push_back(
                     static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin()));
-                chain.push_back(gradients_inwards_of(pixel));
+                chain.push_back(gradients_inward_of(pixel));
             }
             smooth(chain), smooth(chain);
             for (std::size_t i = 0; i < members.size(); ++i) result[members[i]] = chain[i].slope();
@@ -17613,7 +17686,7 @@ public:
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
-        side direction = inwards_;
+        side direction = inward_;
         for (std::int32_t k = 0; k < rim + count; ++k) {
             if (k > 0) {
                 const std::int32_t next = graph_.neighbor(at, direction);
@@ -17631,24 +17704,24 @@ public:
     }
 
 private:
-    static constexpr int depth = 24;              // number of pixels inwards that are measured
+    static constexpr int depth = 24;              // number of pixels inward that are measured
     static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
-    /// Sums of products of two gradients: inwards, and along the border.
+    /// Sums of products of two gradients: inward, and along the border.
     struct sums {
-        float inwards_along = 0, along_along = 0, inwards_inwards = 0;
+        float inward_along = 0, along_along = 0, inward_inward = 0;
 
-        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` regularize it toward 0,
+        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize it toward 0,
         /// because lines nearly parallel to the border and noise make it unreliable.
         float slope() const {
-            const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
-            return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
+            const float squares = along_along + 0.1F * inward_inward + nearest_float(20 * depth);
+            return std::clamp(-inward_along / squares, -1.5F, 1.5F);
         }
     };
 
     /// Returns the first pixel inside the rim, or no_pixel if the surface ends inside the rim.
     std::int32_t pixel_inside(std::int32_t pixel) const {
-        for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inwards_);
+        for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inward_);
         return pixel;
     }
 
@@ -17657,18 +17730,18 @@ private:
         return nearest_float(color[0] + 2 * color[1] + color[2]) * 0.25F;
     }
 
-    sums gradients_inwards_of(std::int32_t pixel) const {
+    sums gradients_inward_of(std::int32_t pixel) const {
         sums result;
         pixel = pixel_inside(pixel);
         for (int k = 0; k < depth && pixel != no_pixel; ++k) {
-            const std::int32_t next = graph_.neighbor(pixel, inwards_);
+            const std::int32_t next = graph_.neighbor(pixel, inward_);
             if (next == no_pixel) break;
             const std::int32_t before = graph_.neighbor(next, opposite(along_)), after = graph_.neighbor(next, along_);
-            const std::int32_t beyond = graph_.neighbor(next, inwards_);
+            const std::int32_t beyond = graph_.neighbor(next, inward_);
             if (before != no_pixel && after != no_pixel && beyond != no_pixel) {
-                const float inwards = brightness(beyond) - brightness(pixel), along = brightness(after) - brightness(before);
-                result.inwards_along += inwards * along, result.along_along += along * along;
-                result.inwards_inwards += inwards * inwards;
+                const float inward = brightness(beyond) - brightness(pixel), along = brightness(after) - brightness(before);
+                result.inward_along += inward * along, result.along_along += along * along;
+                result.inward_inward += inward * inward;
             }
             pixel = next;
         }
@@ -17679,7 +17752,7 @@ private:
     static void smooth(buffer<sums>& chain) {
         const buffer<sums> from = chain;
         const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(chain.size());
-        for (float sums::*value : {&sums::inwards_along, &sums::along_along, &sums::inwards_inwards}) {
+        for (float sums::*value : {&sums::inward_along, &sums::along_along, &sums::inward_inward}) {
             double sum = 0;
             for (std::ptrdiff_t i = 0; i < (std::min)(radius, count); ++i) sum += double{from[i].*value};
             for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -17694,12 +17767,12 @@ private:
     graph_view graph_;
     array_view<const std::uint8_t> color_;
     std::int32_t rim_;
-    side inwards_, along_;
+    side inward_, along_;
 };
 
 /// One side of a photo's border, and the length and slope of each surface's continuation past it.
 struct border_side {
-    side inwards;
+    side inward;
     border_lines lines;
     buffer<std::int32_t> pixels = {};  ///< border pixels of this side, ascending
     buffer<std::int32_t> reach = {};   ///< for each pixel: number of steps by which its surface continues
@@ -17707,7 +17780,7 @@ struct border_side {
 
     border_side(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                 const buffer<pixel_run>& runs, side from)
-        : inwards(from), lines(g, color, from, rim_finder(g, color, known, runs).width(from)) {}
+        : inward(from), lines(g, color, from, rim_finder(g, color, known, runs).width(from)) {}
 
     std::size_t find(std::int32_t pixel) const {
         return static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin());
@@ -17716,7 +17789,7 @@ struct border_side {
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }
-    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outwards.
+    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outward.
     void find_shown(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& shown) const {
         shown.clear();
         if (count == 0) return;
@@ -17818,7 +17891,7 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upwards or downwards.
+/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upward or downward.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -17943,12 +18016,12 @@ private:
         });
     }
 
-    /// Lists the rim's pixels from a border pixel inwards, with the pixels whose colors they get.
+    /// Lists the rim's pixels from a border pixel inward, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         path_.clear();
         for (std::int32_t k = b.add_path(pixel, 0, path_); k-- > 0;) {
             repainted_.push_back({pixel, path_[k]});
-            pixel = graph_.neighbor(pixel, b.inwards);
+            pixel = graph_.neighbor(pixel, b.inward);
         }
     }
 
@@ -17970,7 +18043,7 @@ private:
     }
 
     /// Links a strip to the strip of the pixel above its border pixel, up to the length of the shorter one. `step` is the
-    /// difference in index to the next pixel outwards.
+    /// difference in index to the next pixel outward.
     void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
         here.push_back(s);
         const std::int32_t above = graph_.up()[s.border];
@@ -17985,10 +18058,10 @@ private:
     ///
     /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
     /// pixels.
-    buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
-        const border_side& from = outwards == side::up ? top_ : bottom_;
+    buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outward, buffer<std::int32_t> beside) {
+        const border_side& from = outward == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        // paths: the pixels that each column shows, outwards from the photo. start: per column, the index of its first pixel in
+        // paths: the pixels that each column shows, outward from the photo. start: per column, the index of its first pixel in
         // `paths`
         buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
@@ -18001,8 +18074,8 @@ private:
         buffer<std::int32_t> row(columns.size(), unset);
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
         for (std::int32_t n = 1; n <= longest; ++n) {
-            const std::int32_t distance = outwards == side::up ? longest + 1 - n : n;
-            const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
+            const std::int32_t distance = outward == side::up ? longest + 1 - n : n;
+            const std::int32_t y = outward == side::up ? -distance : graph_.height() - 1 + distance;
             std::fill(row.begin(), row.end(), no_pixel);
             find_runs(distance, columns, runs);
             for (const auto& [first, last] : runs) {
@@ -18210,7 +18283,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so that they would open as cracks and cut
+// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so they would open as cracks and cut
 // charts into slivers. Therefore, this stage links the pixels on both sides, and the mesh spans the step.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -18766,8 +18839,8 @@ struct mixed_color_options {
     /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
     /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
     int background_margin = 1;
-    /// Maximum distance of mixed colors from a silhouette between surfaces that differ, as a share of the photo's long side, but
-    /// at least two pixels. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side; at least two pixels. Applies only
+    /// where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
@@ -19334,9 +19407,9 @@ private:
 
 // ---- ldi/inpaint/texture_transfer.hpp
 // Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
-// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Sources are those
-// pixels whose blurred surroundings are similar to the blurred inpainted colors (after Yi et al., "Contextual Residual
-// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, the stage adds grain
+// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Each unknown pixel
+// copies from a known pixel whose blurred surroundings resemble its own (after Yi et al., "Contextual Residual Aggregation for
+// Ultra High-Resolution Image Inpainting", 2020). Where no known pixel is similar enough, the stage adds grain
 // (inpaint/grain.hpp). Not in the paper.
 //
 // High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere. Their seams do not need
@@ -19673,9 +19746,9 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`. The result is exact if no side
-/// is longer already. Otherwise, it is proportional to `side` for the longer boxes: a winding chart that is divided does not
-/// change its length.
+/// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
+/// side exceeds it already. Otherwise, scales the area of each longer box by `side` over its longer side, because the pieces of a
+/// winding chart together are as long as the whole.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -19722,9 +19795,9 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. A pixel_run would require
-    /// adjacent memory, but charts are made of layers in any order, so growth may only follow links. The strip stores the
-    /// position of its first pixel, because reading it again would cost a cache miss.
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. Unlike a pixel_run, a strip
+    /// need not be adjacent in memory: pixels may have any order, so growth only follows links. The strip stores the position of
+    /// its first pixel, because reading it again would cost a cache miss.
     struct strip {
         std::int32_t first, x, y, count;
     };
@@ -19958,8 +20031,8 @@ private:
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
 // Pixels that constraints 1 and 3 may keep out of a chart join it last, the nearest first. The surface that the photo shows then
-// stays in one piece, and only the surfaces behind it are divided. (In breadth-first order, the background's hidden part arrived
-// under the end of a silhouette before the surface in front did, and cut a piece out of it.)
+// stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the background's hidden part
+// would reach the end of a silhouette before the front surface, and cut a piece out of the front surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
 // would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
 // it.
@@ -20034,7 +20107,7 @@ public:
 
     /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // leaves too small for an equal size are still too small
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // an equal size skips the leaves that were too small for it
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -21521,6 +21594,7 @@ class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
+    simplified_boundary(const chart_outlines&&, const simplify_options&, const depth_range& = {}) = delete;
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
         const std::int32_t* const first = kept_.data() + stretches_[piece].first;
@@ -21761,11 +21835,11 @@ private:
     buffer<std::int32_t> positions_, line_from_;
 };
 
-/// Finds the bends of a profile: the points that Douglas-Peucker keeps, without both ends.
+/// Finds the bends of a profile: the points that Douglas-Peucker keeps, except the two ends.
 class bend_finder {
 public:
-    /// Calls found(i) for each bend i in [margin, size - margin), in ascending order. Also adds the middle of a section [first,
-    /// last] without bends if is_too_long(first, last).
+    /// Calls found(i) for each bend i in [margin, size - margin), in ascending order. If a section [first, last] has no bend and
+    /// is_too_long(first, last), its middle counts as a bend.
     template <class TooLong, class Function>
     void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {
         keep_.assign(profile.size(), 0);
@@ -23283,7 +23357,7 @@ void check_triangles(const Mesh& mesh) {
                   std::to_string(mesh.triangles.size()) + " numbers");
     for (const std::uint32_t vertex : mesh.triangles)
         if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+            raise(error_code::invalid_data, "mesh", "vertex indices below " + std::to_string(count),
                   "vertex " + std::to_string(vertex));
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float& value : *values)
@@ -23309,13 +23383,13 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
         const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
         if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
             (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
-            raise(error_code::invalid_data, "mesh", "parts one after the other, from the first vertex to the last",
+            raise(error_code::invalid_data, "mesh", "consecutive parts that start at vertex 0 and triangle 0",
                   "part " + std::to_string(t) + " from vertex " + std::to_string(first.first_vertex) + " to " +
                       std::to_string(last.first_vertex) + " and from triangle " + std::to_string(first.first_triangle) + " to " +
                       std::to_string(last.first_triangle));
         for (std::size_t i = 3 * first.first_triangle; i < 3 * last.first_triangle; ++i)
             if (mesh.triangles[i] < first.first_vertex || mesh.triangles[i] >= last.first_vertex)
-                raise(error_code::invalid_data, "mesh", "triangles of their part's vertices",
+                raise(error_code::invalid_data, "mesh", "triangles that use only vertices of their own part",
                       "vertex " + std::to_string(mesh.triangles[i]) + " in part " + std::to_string(t));
     }
 }
@@ -23694,7 +23768,7 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies it afterwards, so that charts meet exactly, even if the compiler changes float
+    /// Lifts each corner once and copies it afterward, so that charts meet exactly, even if the compiler changes float
     /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
@@ -23743,8 +23817,8 @@ visible_surfaces find_visible(const Layers& layers) {
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
 ///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
-///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface, so that no camera sees a
-///         gap
+///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface. With the default
+///         tolerances or smaller ones, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -23847,7 +23921,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
-            raise(error_code::mismatch, "gather", "pixels below " + std::to_string(g.size()) + " at the vertices",
+            raise(error_code::mismatch, "gather", "pixel indices below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
@@ -23918,7 +23992,7 @@ private:
 /// mesh    result of build_mesh() for these charts and this atlas
 /// layout  result of lay_out_sheets() for these charts and this atlas
 ///
-/// Raises mismatch if they don't fit together.
+/// Raises mismatch if they don't fit together, and the errors of check_mesh().
 inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
@@ -23930,6 +24004,15 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                   std::to_string(mesh.pixels.size()) + " pixels, " + std::to_string(atlas.placements.size()) +
                   " charts in the atlas, and " + std::to_string(layout.placements.size()) + " on " +
                   std::to_string(layout.sizes.size()) + " textures");
+    check_mesh(mesh, 1);
+    for (const std::int32_t pixel : mesh.pixels)
+        if (pixel < 0 || pixel >= charts.chart_of.count())
+            raise(error_code::mismatch, "move_to_sheets", "pixel indices below " + std::to_string(charts.chart_of.size()),
+                  std::to_string(pixel));
+    for (const auto& placement : layout.placements)
+        if (static_cast<std::size_t>(placement.sheet) >= layout.sizes.size())
+            raise(error_code::mismatch, "move_to_sheets", "sheets below " + std::to_string(layout.sizes.size()),
+                  std::to_string(placement.sheet));
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
@@ -24051,7 +24134,8 @@ inline float motion_of(const std::array<float, 3>& position, const pinhole_camer
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// Returns the point nearest to `position`, on the line from the photo's viewpoint to it, that uses at most `motion`.
+/// Returns the point on the line from the photo's viewpoint to `position` that is nearest to `position` and needs at most
+/// `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
@@ -24102,8 +24186,8 @@ struct path_options {
 /// points must not be vertical.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
-/// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the
-/// picture. The camera does not turn, so the window remains a rectangle. The position must be in front of the window.
+/// Returns the view from `position` through a window: the rectangle that the photo covers at disparity `window`. The window fills
+/// the picture. The camera does not turn, so the window remains a rectangle. The position must be in front of the window.
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 
@@ -24944,7 +25028,7 @@ inline void check_pair(image_view<const std::uint8_t> left, image_view<const std
 
 }  // namespace detail
 
-/// Combines two pictures to H x 2W x 3, the left eye's picture on the left. Raises mismatch.
+/// Combines two pictures into one of H x 2W x 3, the left eye's picture on the left. Raises mismatch.
 inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
@@ -24956,7 +25040,7 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
     return result;
 }
 
-/// Combines two pictures to an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
+/// Combines two pictures into an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
 /// picture's brightness (Rec. 601); the green and blue channels are the right picture's. This method, "half color", makes
 /// colored objects equally bright for both eyes. Raises mismatch.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
@@ -25053,6 +25137,10 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 enum class json_kind { none, null, boolean, number, string, array, object };
+constexpr std::string_view kind_text(json_kind kind) {
+    constexpr std::string_view names[] = {"nothing", "null", "a boolean", "a number", "a string", "an array", "an object"};
+    return names[static_cast<std::size_t>(kind)];
+}
 
 /// The text of a value, without surrounding white space.
 struct json_value {
@@ -25464,7 +25552,8 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
+        if (!is_right_kind)
+            raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or one of another kind or size");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -25514,11 +25603,12 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", std::string(kind_text(line.kind)));
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text",
+                  std::string(kind_text(value.kind)) + " for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -25529,7 +25619,7 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
 inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
     using namespace detail::safetensors;
     if (bytes.size() < 8)
-        raise(error_code::invalid_data, where, "8 bytes of header length", std::to_string(bytes.size()) + " bytes");
+        raise(error_code::invalid_data, where, "at least 8 bytes, the header's length", std::to_string(bytes.size()) + " bytes");
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
@@ -25771,8 +25861,8 @@ inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0,
 inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
 
-/// Whether the file is a BMP. Many texts start with the two letters BM, so this function also requires a
-/// second header of less than 256 bytes.
+/// Whether the file is a BMP. Many text files start with the letters BM, so this function also requires a DIB header of less than
+/// 256 bytes.
 inline bool is_bmp(std::span<const std::byte> bytes) {
     return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
            byte_at(bytes, 17) == 0;
@@ -26794,7 +26884,7 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 }
 
 /// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
-/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a fifth as large.
+/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a quarter as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -26854,7 +26944,7 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", "another name");
+            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
@@ -27211,7 +27301,7 @@ using working_layers = layered_image<color_column, disparity_column, known_colum
 /// `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
-                                   serial_executor& threads) {
+                                   const serial_executor& threads) {
     t.inpaint(layers, progress, threads);
 };
 
@@ -27586,8 +27676,10 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 /// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
 /// - invalid_option for an option outside its range
 /// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps
-/// - out_of_memory, and canceled if options.progress requests to stop
+/// - canceled if options.progress requests to stop
 /// - the errors of the estimator, the decider and the inpainter.
+///
+/// Throws std::bad_alloc if memory is exhausted; without exceptions, raises out_of_memory.
 ///
 /// Memory and time are bounded for any depth map: each stage documents its bound, and bench/photo3d/README.md lists measured
 /// peaks.

@@ -119,7 +119,7 @@ TEST_CASE("several threads can run work on one pool at the same time") {
     for (const std::vector<std::uint32_t>& result : results) CHECK(result == filled(serial, 1000, 10));
 }
 
-TEST_CASE("parallel_for gives the same result on any executor with any number of threads") {
+TEST_CASE("parallel_for returns the same result on any executor with any number of threads") {
     const serial_executor serial;
     for (const std::size_t count : {0U, 1U, 5U, 64U, 1001U})
         for (const std::size_t grain : {0U, 1U, 7U, 64U, 5000U}) {

@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-TEST_CASE("stable_sort() gives the same order as std::stable_sort()") {
+TEST_CASE("stable_sort() returns the same order as std::stable_sort()") {
     std::mt19937 random(1);
     for (int round = 0; round < 300; ++round) {
         ldi::buffer<std::pair<int, int>> values;

@@ -238,7 +238,7 @@ TEST_CASE("index columns of different lengths are refused") {
     CHECK_THROWS_AS(graph_view(1, 1, one, two, one, one, one, one), error);
 }
 
-TEST_CASE("a moved graph has no pixels and no lattice") {
+TEST_CASE("a moved-from graph has no pixels and no lattice") {
     graph g = make_grid(3, 4);
     graph moved = std::move(g);
     CHECK((g.width() == 0 && g.height() == 0 && g.size() == 0 && moved == make_grid(3, 4)));

@@ -203,6 +203,12 @@ static_assert(shows_temporary_index_column<graph_view>, "a view may be temporary
 static_assert(!std::is_constructible_v<array_view<const float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<const float>, const buffer<float>>);
+static_assert(!std::is_constructible_v<array_view<const float>, std::vector<float>>);
+static_assert(!std::is_constructible_v<array_view<const float>, const std::vector<float>>);
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, const graph&, const std::vector<float>>);
+static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const std::vector<float>&>);
+static_assert(std::is_convertible_v<std::vector<float>&, array_view<float>>);
+static_assert(std::is_convertible_v<const std::vector<float>&, array_view<const float>>);
 static_assert(std::is_convertible_v<buffer<float>&, array_view<float>>);
 static_assert(std::is_convertible_v<const buffer<float>&, array_view<const float>>);
 

@@ -112,7 +112,7 @@ TEST_CASE("a pixel that a curve passes over changes to the surface farther from 
     }
 }
 
-TEST_CASE("alignment introduces no new disparities and gives the same result on any number of threads") {
+TEST_CASE("alignment introduces no new disparities and returns the same result on any number of threads") {
     std::mt19937 random(5);
     for (int round = 0; round < 40; ++round) {
         const ldi::image<float> map = ldi::testing::random_disparity(random, 1 + random() % 60, 1 + random() % 60);

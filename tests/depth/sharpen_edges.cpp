@@ -77,7 +77,7 @@ TEST_CASE("an edge along the border of the map is not sharpened, because network
     CHECK(ldi::sharpen_edges(map) == map);
 }
 
-TEST_CASE("sharpening introduces no new values, and gives the same result on three threads") {
+TEST_CASE("sharpening introduces no new values, and returns the same result on three threads") {
     std::mt19937 random(3);
     for (int round = 0; round < 20; ++round) {
         const ldi::image<float> map = ldi::testing::random_disparity(random, 1 + random() % 50, 1 + random() % 50);

@@ -302,7 +302,7 @@ TEST_CASE("invalid meshes and damaged or unsupported textures are refused") {
     refused(mesh, texture, "[0, 1]");
     mesh = make_sheet(3, 3);
     mesh.triangles[2] = 9;
-    refused(mesh, texture, "vertices below 9, found vertex 9");
+    refused(mesh, texture, "vertex indices below 9, found vertex 9");
     mesh = make_sheet(3, 3);
     refused(mesh, bytes_of("GIF89a"), "a GIF file");
     refused(mesh, byte_string(texture.begin(), texture.end() - 2), "cut off");

@@ -1,4 +1,4 @@
-// libFuzzer: any bytes are a weight file with an 8-bit network that runs, or raise an error. Fused layers must produce the
+// libFuzzer: arbitrary bytes either decode to an 8-bit network that runs, or raise an error. Fused layers must produce the
 // results of single layers. Built by clang++ -fsanitize=fuzzer,address,undefined; start from
 // tests/fuzz/corpus/quantized_weights.
 #include <ldi/io/weight_files.hpp>

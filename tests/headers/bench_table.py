@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Checks the table of bench/run.sh: it names the processor of the measurement, not this one, and marks rows with a large spread."""
+"""Checks the table of bench/run.sh: it names the processor of the measurement, not this one, and marks rows with a large spread. Checks that
+the committed tables mark these rows, too, and that the pages cite only revisions of this repository."""
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -42,6 +44,23 @@ with tempfile.TemporaryDirectory() as folder:
               "bytes of kernels, which stay in caches, have none": "| 10 GB/s |" in table(kernel),
               "products of kernels have a share": "| 10 GMAC/s, 0.50 |" in table(products),
               "the processor's name has no commas": "," not in table("--processor")}
+ROOT = TABLE.parent.parent
+for page in ("README.md", "notes/table.md"):
+    spreads = re.findall(r"^\|(?:[^|]*\|){3} (\**)(\d+) %", (TABLE.parent / page).read_text(encoding="utf-8"), re.MULTILINE)
+    checks[f"bench/{page} marks spreads above 10 %"] = spreads and all(bold == "**" for bold, spread in spreads if int(spread) > 10)
+
+
+def git(*arguments):
+    return subprocess.run(["git", "-C", ROOT, *arguments], capture_output=True, text=True)
+
+
+if git("rev-parse", "--is-shallow-repository").stdout.strip() == "false":
+    for page in git("ls-files", "*.md").stdout.split():
+        for revision in re.findall(r"\brevision ([0-9a-f]{7,40})\b", (ROOT / page).read_text(encoding="utf-8")):
+            checks[f"{page} cites {revision}, a revision of this repository"] = git("cat-file", "-e", revision).returncode == 0
+else:
+    print("cited revisions were not checked: this clone has no history")
+
 wrong = [fact for fact, holds in checks.items() if not holds]
 if wrong:
     sys.exit("wrong: " + "; ".join(wrong))

@@ -335,7 +335,7 @@ TEST_CASE("add_texture() does not change images that are empty, entirely known o
         }
 }
 
-TEST_CASE("texture options outside their range are refused by name") {
+TEST_CASE("errors for texture options outside their range name the option") {
     photo_layers layers(make_grid(2, 2));
     const auto is_refused = [&](const char* name, auto change) {
         texture_options options;

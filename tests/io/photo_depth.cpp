@@ -171,9 +171,9 @@ TEST_CASE("a photo with unusable depth is decoded without it, and the reason is 
     const auto with = [](const std::string& fields) { return gdepth_jpeg(photo_file, depth_file, fields); };
     check_refused(with("GDepth:Near=\"1\""), "a nearest and a farthest distance");
     check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"x\""), "a nearest and a farthest distance");
-    check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a range of depth, found 2 to 2");
-    check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a range of depth, found -1 to 2");
-    check_refused(with("GDepth:Near=\"1e-30\" GDepth:Far=\"-1e300\""), "a range of depth, found 1e-30 to -1e+300");
+    check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a valid range of depth, found 2 to 2");
+    check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a valid range of depth, found -1 to 2");
+    check_refused(with("GDepth:Near=\"1e-30\" GDepth:Far=\"-1e300\""), "a valid range of depth, found 1e-30 to -1e+300");
     check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Format=\"Magic\""), "Magic");
     const std::string range = "GDepth:Near=\"1\" GDepth:Far=\"2\"";
     check_refused(gdepth_jpeg(photo_file, bytes_of("hello"), range), "unknown format");

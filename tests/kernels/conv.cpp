@@ -102,7 +102,7 @@ TEST_CASE("conv_f32 matches its definition for all sizes around its tiles") {
                 }
 }
 
-TEST_CASE("conv_f32 gives the same bits for any split of the pixels into calls") {
+TEST_CASE("conv_f32 returns the same bits for any split of the pixels into calls") {
     ldi::testing::random_bytes random;
     for (const ldi::isa set : ldi::testing::available_isas())
         for (int round = 0; round < 150; ++round) {
@@ -113,7 +113,7 @@ TEST_CASE("conv_f32 gives the same bits for any split of the pixels into calls")
         }
 }
 
-TEST_CASE("conv_f32 gives the same bits with a ratio of 1 per pixel as without ratios") {
+TEST_CASE("conv_f32 returns the same bits with a ratio of 1 per pixel as without ratios") {
     ldi::testing::random_bytes random;
     for (const ldi::isa set : ldi::testing::available_isas()) {
         convolution c = convolution::any(random, 3, 17, 21, 30);

@@ -73,7 +73,7 @@ TEST_CASE("depthwise_u8 matches its definition, with zero padding outside the im
                     }
 }
 
-TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousands of random shapes") {
+TEST_CASE("depthwise_u8 returns the same bits on every instruction set, for thousands of random shapes") {
     ldi::testing::random_bytes random;
     const std::vector<ldi::isa> sets = ldi::testing::available_isas();
     std::size_t broken = 0, packed_as_asked = 0;
@@ -94,7 +94,7 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousa
     CHECK(packed_as_asked > sets.size() * 1850);
 }
 
-TEST_CASE("depthwise_u8 gives the same bits on every instruction set for extreme weights and inputs") {
+TEST_CASE("depthwise_u8 returns the same bits on every instruction set for extreme weights and inputs") {
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {

@@ -14,7 +14,7 @@ constexpr std::uint8_t untouched_byte = 77;
 struct product {
     std::size_t segments, inputs, outputs, pixels, stride;
     int weight_zero, input_zero;
-    ldi::buffer<std::uint8_t> weights, input;  // each segment: pixels x stride bytes, and the readable bytes after them
+    ldi::buffer<std::uint8_t> weights, input;  // input: per segment, `pixels` pixels `stride` bytes apart, then 3 readable bytes
     ldi::buffer<std::int32_t> bias;
     ldi::requantization output;
 

@@ -5,6 +5,7 @@ void check(bool holds) {
     if (!holds) throw failed_assertion();
 }
 }  // namespace
+#define LDI_STANDARD_ONLY  // the limits hold for every instruction set, and portable code alone compiles in a quarter of the time
 #undef LDI_ASSERT
 #define LDI_ASSERT(condition) check(condition)
 

@@ -84,7 +84,7 @@ TEST_CASE("the triangulation stays valid after flipping with coordinates beyond 
     ldi::testing::require_triangulation(p, t);
 }
 
-TEST_CASE("flipping points that are four times as far apart, up to 2^16, gives the same triangles") {
+TEST_CASE("flipping points that are four times as far apart, up to 2^16, returns the same triangles") {
     ldi::triangulator triangulate;
     ldi::buffer<std::int32_t> stack;
     const auto triangles_of_square = [&](std::int32_t scale, std::uint32_t seed) {

@@ -335,7 +335,7 @@ TEST_CASE("values of masked colors have no effect, and a surface whose pixels ar
     CHECK(std::all_of(nothing.begin(), nothing.end(), [](float v) { return v == 0.0F; }));
 }
 
-TEST_CASE("a network built from the public operators gives the same colors as farbrausch") {
+TEST_CASE("a network built from the public operators returns the same colors as farbrausch") {
     const named_tensors weights = hashed_weights(small);
     const std::size_t depth = small.channels.size();
     const auto layer = [&](const std::string& name, std::int32_t kernel_size, activation after) {
@@ -384,7 +384,7 @@ TEST_CASE("requesting fewer pixels does not change the bits of the requested one
     }
 }
 
-TEST_CASE("inpainting gives the same bits on any number of threads") {
+TEST_CASE("inpainting returns the same bits on any number of threads") {
     const farbrausch network(hashed_weights(small), small);
     thread_pool threads(3);
     std::mt19937 random(62);
@@ -470,7 +470,7 @@ TEST_CASE("8-bit arithmetic requires valid ranges, and the error for a missing r
     CHECK_NOTHROW(farbrausch(weights, small));
     for (const auto& ends : {buffer<float>{1.0F, 2.0F}, {-2.0F, -1.0F}, {0.0F, 0.0F}, {0.0F, 1e-40F}}) {
         weights.tensors["decoder.1.range"] = {{2}, ends};
-        CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("a range around 0"));
+        CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("a range that contains 0"));
     }
     weights.tensors["decoder.1.range"] = {{1}, buffer<float>{1.0F}};
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("expected float, 2"));

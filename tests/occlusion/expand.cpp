@@ -172,7 +172,7 @@ TEST_CASE("behind a step at any angle, the background grows as far as the camera
         const float angle = std::uniform_real_distribution<float>(0.0F, 6.2831853F)(random);
         const float step = std::uniform_real_distribution<float>(0.1F, 0.7F)(random), motion = 0.15F;
         const float across = std::cos(angle), down = std::sin(angle);
-        // Distance of a pixel's center from a straight edge through the photo's middle, positive in front of it.
+        // Signed distance of a pixel's center from a straight edge through the photo's middle, positive on the near side.
         const auto in_front = [&](std::int32_t x, std::int32_t y) {
             return (static_cast<float>(x) - 59.5F) * across + (static_cast<float>(y) - 59.5F) * down;
         };

@@ -29,7 +29,7 @@ constexpr bound bounds[] = {
     {"chart padding", 180, 210},     {"meshing", 140, 280},
 };
 
-/// Widths of maps for a photo 128 pixels wide, and of their features, in samples.
+/// Width of a depth map and of its features, in samples, for a photo 128 pixels wide.
 constexpr std::pair<std::size_t, std::size_t> map_sizes[] = {{16, 1}, {32, 1}, {64, 4}, {128, 1}, {128, 6}};
 
 struct cost {

@@ -95,7 +95,7 @@ TEST_CASE("custom columns pass through every stage from lift() to the vertices o
     }
 }
 
-TEST_CASE("views with gaps between rows give the same 3D photo as copies without gaps") {
+TEST_CASE("views with gaps between rows produce the same 3D photo as copies without gaps") {
     std::mt19937 random(5);
     const std::size_t rows = 60, columns = 80, photo_stride = 3 * columns + 17, map_stride = columns + 5;
     const image<float> disparity = testing::random_disparity(random, rows, columns);

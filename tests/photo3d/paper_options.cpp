@@ -71,7 +71,8 @@ TEST_CASE("with the paper's options, surfaces end at the photo's border and silh
 }
 
 TEST_CASE("with the paper's options, thresholds in pixels do not grow with the size of a depth sample") {
-    // The spot covers 12 x 12 pixels, and has 48 sides. By default, 20 sides become 80, because a sample covers 4 x 4 pixels.
+    // The spot covers 12 x 12 pixels, and has 48 sides. By default, the minimum of 20 sides is scaled to 80, because a depth
+    // sample covers 4 x 4 pixels.
     const ldi::image<std::uint8_t> photo(320, 400, 3);
     const auto curves_of = [&](float max_sample_size) {
         ldi::photo3d_options options = without_clipping(ldi::paper_options());

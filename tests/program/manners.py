@@ -151,6 +151,9 @@ def names():
         check("no carriage return without a terminal", b"\r" not in result.stderr + result.stdout)
         for name, arguments, words in (
             ("an empty name", ["me.png", "-o", ""], ["--output"]),
+            ("an empty depth model", ["me.png", "--depth-model", ""], ["--depth-model: expected a name"]),
+            ("an empty inpainting model", ["me.png", "--inpainting-model", ""], ["--inpainting-model: expected a name"]),
+            ("an empty silhouette model", ["me.png", "--silhouette-model", ""], ["--silhouette-model: expected a name"]),
             ("text glTF", ["me.png", "-o", "a.gltf"], ["a.gltf", ".glb"]),
             ("a field of view out of range", ["me.png", "--fov", "4.5"], ["--fov", "5 to 150"]),
             ("a field of view that is no number", ["me.png", "--fov", "nan"], ["--fov"]),
@@ -187,8 +190,8 @@ def names():
         for option, words in (("--fov", "--fov: expected a value (NUMBER, 5 to 150), found none"), ("-o", "--output: expected a value (FILE), found none"), ("--generate", "--generate: expected man, bash, zsh or fish, found none")):
             result = subprocess.run([PROGRAM, "me.png", option], cwd=f.path, capture_output=True, text=True)
             check(f"{option} as the last word", result.returncode == USAGE and words in result.stderr, result.stderr)
-        expect("a format that is switched off", f, ["me.png", "-o", "a.glb", "--formats", "jpeg,heif"], NEVER, ["me.png", "switched on: jpeg, heif"])
-        expect("formats that are switched on", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb", "me.glb"])
+        expect("a disabled format", f, ["me.png", "-o", "a.glb", "--formats", "jpeg,heif"], NEVER, ["me.png", "an enabled format: jpeg, heif"])
+        expect("enabled formats", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb", "me.glb"])
         os.remove(f / "b.glb")
         said = expect("a missing photo", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a photo, found no such file"]).stderr
         check("a missing photo: the system's message is not printed", b"No such file" not in said, said)
@@ -216,7 +219,7 @@ def names():
             (["--batch", "me.png", "--depth-model", "none"], "none: expected weights of the depth network, found no such file"),
             (["--batch", "me.png", "--depth", "none-such"], "none-such: expected a folder of depth maps, with --batch, found no such folder"),
             (["--batch", "me.png", "--depth", "me.png"], "me.png: expected a folder of depth maps, with --batch, found a file"),
-            (["--batch", "me.png", "-o", "depth.png"], "depth.png: expected a folder, with --batch, found a file"),
+            (["--batch", "me.png", "-o", "depth.png"], "depth.png: expected a folder, as --batch requires, found a file"),
         ):
             os.makedirs(f / "empty", exist_ok=True)
             before = f.state()

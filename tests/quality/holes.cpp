@@ -173,7 +173,7 @@ TEST_CASE("cameras within the supported motion see no hole where curves end or m
 
 TEST_CASE("cameras within the supported motion see no hole in random scenes") {
     std::mt19937 random(24);
-    for (int round = 0; round < 24; ++round) {
+    for (int round = 0; round < 12; ++round) {
         const hole_report report = holes_of(make_scene(ldi::testing::random_disparity(random, 90, 120)), 250);
         CAPTURE(round, report.views_with_holes, report.max_pixels);
         CHECK(largest_of(report) == 0);

@@ -82,7 +82,7 @@ TEST_CASE("colors are interpolated only between linked known pixels") {
     CHECK((render_layers(unknown, scene_range, v, close).color == torn.color));
 }
 
-TEST_CASE("render_layers() gives the same picture on any number of threads") {
+TEST_CASE("render_layers() returns the same picture on any number of threads") {
     std::mt19937 random(8);
     photo_layers layers = testing::lifted_layers(testing::random_disparity(random, 60, 50));
     color_at_random(layers, random);

@@ -160,7 +160,7 @@ TEST_CASE("a slope that folds back is linked only on either side of the fold, an
     CHECK(front.size() < both.size());
 }
 
-TEST_CASE("peel() gives the same layers on any number of threads") {
+TEST_CASE("peel() returns the same layers on any number of threads") {
     std::mt19937 random(2);
     const photo_layers layers = random_lifted(random, 50, 45);
     const view v = own_view(layers.topology()), from = random_view(v, random);

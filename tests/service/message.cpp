@@ -24,7 +24,7 @@ TEST_CASE("a written message is read back unchanged") {
     CHECK(read.photos == sent.photos);
 }
 
-TEST_CASE("a message with the longest keys and job is read, even if characters are escaped") {
+TEST_CASE("a message with a job and keys of maximum length is read, even if the keys are escaped") {
     std::string key;
     for (int i = 0; i < 1000; ++i) key += R"(\u006b)";
     std::string keys = "[";

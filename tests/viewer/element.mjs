@@ -288,7 +288,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(up.up > 0.15 && up.forward > 0.25, JSON.stringify(up));
     });
 
-    await test("photos load even if one leaves the window before it is drawn", async (page) => {
+    await test("photos load even if one leaves the viewport before it is drawn", async (page) => {
         await page.evaluateOnNewDocument(() => {
             const { requestAnimationFrame } = window;
             const held = [];
@@ -362,7 +362,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
     });
 
     if (kind === "chromium")
-        await test("in a page on a phone, a drag along x looks around, and one along y scrolls", async (page) => {
+        await test("on a phone, a horizontal drag looks around, and a vertical drag scrolls the page", async (page) => {
             await open(page, "/feed.html", sizes.phone);
             await waitForMiddle(page);
             await waitForRest(page);

@@ -291,7 +291,7 @@ await test("if surfaces end at the photo's border, the page hides the border, wh
     }
 });
 
-await test("turning the wheel up magnifies at the mouse; a double click and the button reset the magnification", opened(countable), async (page) => {
+await test("scrolling up zooms in at the mouse pointer; a double-click and the button reset the zoom", opened(countable), async (page) => {
     const { x, y, width, height } = await frameOf(page);
     await hover(page, 0.5, 0.5);
     const before = await picture(page);

@@ -95,9 +95,9 @@ void add_depth(py::module_& module) {
     add_view(depth, "disparity", "H x W float32 in [0, 1], larger is nearer: clean disparity",
              [](const py::object& self, const depth_value& d) { return array_over(self, d.disparity); });
     depth.def_property_readonly(
-        "z_near", [](const depth_value& d) { return d.range.z_near; }, "distance that disparity 1 stands for");
+        "z_near", [](const depth_value& d) { return d.range.z_near; }, "distance of disparity 1");
     depth.def_property_readonly(
-        "z_far", [](const depth_value& d) { return d.range.z_far; }, "distance that disparity 0 stands for");
+        "z_far", [](const depth_value& d) { return d.range.z_far; }, "distance of disparity 0");
     add_pickle(depth, &depth_from);
 }
 

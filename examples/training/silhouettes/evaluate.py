@@ -21,7 +21,7 @@ from model import padded
 
 LEVELS = (("mild", 0.0, 0.33), ("medium", 0.33, 0.66), ("strong", 0.66, 1.0), ("depth network", None, None))
 SIZE = (384, 512)
-MIN_PIXELS = 200, 500  # minimum number of counted pixels in a composite, in a photograph
+MIN_PIXELS = 200, 500  # minimum number of counted pixels: per composite, per photograph
 MIN_ISLAND = 24
 
 

@@ -32,11 +32,11 @@ public:
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
     template <class Container>
-    requires requires(Container& values) {
-        typename Container::allocator_type;
+    requires std::is_lvalue_reference_v<Container> && requires(Container values) {
+        typename std::remove_reference_t<Container>::allocator_type;
         array_view(values.data(), values.size());
     }
-    array_view(Container& values) : array_view(values.data(), values.size()) {}
+    array_view(Container&& values) : array_view(values.data(), values.size()) {}
     template <class U>
     requires(std::is_same_v<const U, T> && !std::is_const_v<U>) constexpr array_view(array_view<U> values)
         : array_view(values.data(), values.size()) {}

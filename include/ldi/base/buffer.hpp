@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Size of a cache line, so that aligned vector loads of packed values never straddle two lines.
+/// Alignment of buffers in bytes: a cache line, so that aligned vector loads of packed values never straddle two lines.
 inline constexpr std::size_t buffer_alignment = 64;
 
 /// Tag for uninitialized values. Without it, a buffer initializes values to zero.
@@ -287,7 +287,7 @@ private:
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
-    // Whether append() accepts a range. Only pointers tell where the range lies.
+    // Whether append() accepts a range: it must not be reversed or overlap this buffer. Only pointers can be checked for overlap.
     template <class Iterator>
     bool accepts(Iterator first, Iterator last) const {
         if constexpr (std::is_pointer_v<Iterator>) {

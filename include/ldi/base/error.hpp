@@ -23,7 +23,9 @@ enum class error_code {
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
-    out_of_memory,   ///< the caller's memory is exhausted; only without exceptions, otherwise std::bad_alloc
+    /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, exhausted memory throws std::bad_alloc, and raises
+    /// this code only without exceptions
+    out_of_memory,
     /// a temporary failure of the operating system (a full disk, too many open files): the same call may succeed later
     unavailable,
 };

@@ -6,8 +6,8 @@
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
 // Pixels that constraints 1 and 3 may keep out of a chart join it last, the nearest first. The surface that the photo shows then
-// stays in one piece, and only the surfaces behind it are divided. (In breadth-first order, the background's hidden part arrived
-// under the end of a silhouette before the surface in front did, and cut a piece out of it.)
+// stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the background's hidden part
+// would reach the end of a silhouette before the front surface, and cut a piece out of the front surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
 // would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
 // it.

@@ -67,13 +67,16 @@ struct pixel_values {
 };
 
 /// Rules for coarser levels and vertices. first_of() returns the values of the first pixel.
+///
+/// pixels  at least one
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
+    LDI_ASSERT(pixels.size() > 0);
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Whether averaged() accepts the type. A mean of 64-bit identifiers, of enumerators or of texts has no meaning.
+/// Whether averaged() accepts the type. The mean of 64-bit identifiers, enumerators or strings has no meaning.
 template <class Scalar>
 concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4) && requires(Scalar s) {
     static_cast<double>(s);
@@ -81,9 +84,12 @@ concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> ||
 };
 
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
+///
+/// pixels  at least one
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
     static_assert(averageable<Scalar>, "64-bit integers and enumerations need a rule of their own, such as first_of");
+    LDI_ASSERT(pixels.size() > 0);
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) {
         double sum = 0;

@@ -27,7 +27,7 @@ inline constexpr unchecked_t unchecked{};
 }
 }  // namespace detail
 
-/// A graph under construction. It can be read like a finished graph.
+/// A graph under construction. Its columns can be read like those of a finished graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);

@@ -34,9 +34,9 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    // Whether a piece contains each entry of `origins`, followed by the same for each old pixel. Pieces usually contain the old
-    // pixels in ascending order. As long as they do, the number of old pixels so far, `continued`, is enough. The entries for old
-    // pixels are added at the first piece out of order.
+    // Marks the entries of `origins` that pieces contain, followed by the old pixels that they contain. Pieces usually contain
+    // the old pixels in ascending order. As long as they do, the number of old pixels so far, `continued`, replaces their marks.
+    // The marks of old pixels are added at the first piece out of order.
     buffer<bool> seen(new_count);
     std::size_t total = 0, continued = 0;
     bool is_in_order = true;

@@ -41,9 +41,9 @@ struct photo_facts {
     }
 };
 
-/// Errors that the default tolerances of the mesh allow; hidden surfaces and hems extend farther by this much. The outlines of
-/// two surfaces that separate may each be off by a pixel (mesh/simplify.hpp). Their disparities may be off by two hundredths
-/// (mesh/simplify.hpp, mesh/studs.hpp).
+/// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces and hems extend far enough to
+/// cover these errors. Where two surfaces separate, each outline may be off by one pixel (mesh/simplify.hpp). Their disparities
+/// may be off by 0.02 (mesh/simplify.hpp, mesh/studs.hpp).
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.

@@ -5,7 +5,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Minimum step in disparity down to a hidden surface, as a multiple of surface_rule::max_step, with a margin for rounding.
+/// Minimum difference in disparity between a hidden surface and the surface in front of it, as a multiple of
+/// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
 /// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
 /// surface_rule::max_step.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/discontinuity.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/surface.hpp>
@@ -9,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -17,8 +19,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// corner.
 class corner_map {
 public:
-    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
-        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
+    /// Raises too_large for 2^31 corners or more.
+    corner_map(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
+        const std::int64_t corners = (std::int64_t{width} + 1) * (std::int64_t{height} + 1);
+        if (corners > 0x7FFFFFFF)
+            raise(error_code::too_large, "corner_map", "fewer than 2^31 pixel corners", std::to_string(corners));
+        stride_ = width + 1;
+        present_.assign(static_cast<std::size_t>(corners), 0);
     }
 
     void add(std::int32_t corner, side toward) {

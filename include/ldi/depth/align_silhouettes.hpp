@@ -157,7 +157,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const traced_curve& t, c
     return result;
 }
 
-// A pixel between the old and the new curve, and the index of the nearby pixel side in the old curve's `traced_curve::sides`.
+// A pixel between the old and the new curve, and the index in `traced_curve::sides` of a pixel side of the old curve near it.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {

@@ -79,7 +79,7 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 }
 
 /// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
-/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a fifth as large.
+/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a quarter as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -139,7 +139,7 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", "another name");
+            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));

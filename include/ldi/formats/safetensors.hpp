@@ -103,7 +103,8 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
+        if (!is_right_kind)
+            raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or one of another kind or size");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -153,11 +154,12 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", std::string(kind_text(line.kind)));
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text",
+                  std::string(kind_text(value.kind)) + " for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -168,7 +170,7 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
 inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
     using namespace detail::safetensors;
     if (bytes.size() < 8)
-        raise(error_code::invalid_data, where, "8 bytes of header length", std::to_string(bytes.size()) + " bytes");
+        raise(error_code::invalid_data, where, "at least 8 bytes, the header's length", std::to_string(bytes.size()) + " bytes");
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",

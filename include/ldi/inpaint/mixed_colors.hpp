@@ -33,8 +33,8 @@ struct mixed_color_options {
     /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
     /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
     int background_margin = 1;
-    /// Maximum distance of mixed colors from a silhouette between surfaces that differ, as a share of the photo's long side, but
-    /// at least two pixels. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side; at least two pixels. Applies only
+    /// where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;

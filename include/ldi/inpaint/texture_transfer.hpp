@@ -1,7 +1,7 @@
 // Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
-// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Sources are those
-// pixels whose blurred surroundings are similar to the blurred inpainted colors (after Yi et al., "Contextual Residual
-// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, the stage adds grain
+// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Each unknown pixel
+// copies from a known pixel whose blurred surroundings resemble its own (after Yi et al., "Contextual Residual Aggregation for
+// Ultra High-Resolution Image Inpainting", 2020). Where no known pixel is similar enough, the stage adds grain
 // (inpaint/grain.hpp). Not in the paper.
 //
 // High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere. Their seams do not need

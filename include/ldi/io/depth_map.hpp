@@ -145,7 +145,7 @@ inline image<float> decode_stored_depth(std::span<const std::byte> bytes, decodi
 inline image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
                                      const std::string& where) {
     if (!(options.scale > 0) || !std::isfinite(options.scale))
-        raise(error_code::invalid_option, "depth map scale", "a positive number", detail::to_text(options.scale));
+        raise(error_code::invalid_option, "depth map scale", "a positive, finite number", detail::to_text(options.scale));
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     image<float> result = detail::decode_stored_depth(bytes, budget, where);
     const std::span<float> values(result.data(), result.size());

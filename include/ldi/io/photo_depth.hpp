@@ -57,8 +57,8 @@ struct photo_with_depth {
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 
 /// Inverts a depth map of unknown direction if a network's estimate contradicts it, that is, if their correlation is -0.2 or
-/// less. If the network is not certain, white stays near, as usual. Returns whether it inverted the map, and appends to
-/// depth.source.
+/// less. If the network is not certain, white stays near, as usual. Returns whether it inverted the map; if so, adds ", black is
+/// near" to depth.source.
 ///
 /// depth     its disparity has no NaN
 /// estimate  h x w x 1, disparity of the same photo, in any size

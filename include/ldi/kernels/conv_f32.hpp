@@ -37,7 +37,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for conv_f32().
 ///
-/// target   instruction set to pack for; must be available (is_available())
+/// target   instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
@@ -47,6 +47,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
+    check_available("pack_conv_f32", kernel.set);
     conv_f32_weights packed;
     packed.target = kernel.set;
     packed.rows = rows;

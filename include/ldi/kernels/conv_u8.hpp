@@ -41,7 +41,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for conv_u8().
 ///
-/// target             instruction set to pack for; must be available (is_available())
+/// target             instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
 /// zero_points        one per input of a piece
@@ -58,6 +58,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
+    check_available("pack_conv_u8", kernel.set);
     conv_u8_weights packed;
     packed.target = kernel.set;
     packed.rows = rows;

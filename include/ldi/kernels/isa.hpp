@@ -60,6 +60,12 @@ inline bool is_available(isa set) {
     return true;
 }
 
+/// Raises invalid_option if the set is not available.
+inline void check_available(const char* where, isa set) {
+    if (!is_available(set))
+        raise(error_code::invalid_option, where, "an instruction set of this processor and build", std::string(to_string(set)));
+}
+
 /// Returns the set that LDI_ISA names, else the fastest available one. Raises an error if LDI_ISA names a set that is not
 /// available.
 inline isa best_isa() {

@@ -27,7 +27,7 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 }  // namespace detail
 
 /// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
-/// Negating both scale and offset gives the same function of `-acc`.
+/// Negating both scale and offset results in the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;

@@ -194,7 +194,7 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies it afterwards, so that charts meet exactly, even if the compiler changes float
+    /// Lifts each corner once and copies it afterward, so that charts meet exactly, even if the compiler changes float
     /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
@@ -243,8 +243,8 @@ visible_surfaces find_visible(const Layers& layers) {
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
 ///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
-///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface, so that no camera sees a
-///         gap
+///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface. With the default
+///         tolerances or smaller ones, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts

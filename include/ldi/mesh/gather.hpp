@@ -67,7 +67,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
-            raise(error_code::mismatch, "gather", "pixels below " + std::to_string(g.size()) + " at the vertices",
+            raise(error_code::mismatch, "gather", "pixel indices below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});

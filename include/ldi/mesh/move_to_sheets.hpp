@@ -59,7 +59,7 @@ private:
 /// mesh    result of build_mesh() for these charts and this atlas
 /// layout  result of lay_out_sheets() for these charts and this atlas
 ///
-/// Raises mismatch if they don't fit together.
+/// Raises mismatch if they don't fit together, and the errors of check_mesh().
 inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
@@ -71,6 +71,15 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                   std::to_string(mesh.pixels.size()) + " pixels, " + std::to_string(atlas.placements.size()) +
                   " charts in the atlas, and " + std::to_string(layout.placements.size()) + " on " +
                   std::to_string(layout.sizes.size()) + " textures");
+    check_mesh(mesh, 1);
+    for (const std::int32_t pixel : mesh.pixels)
+        if (pixel < 0 || pixel >= charts.chart_of.count())
+            raise(error_code::mismatch, "move_to_sheets", "pixel indices below " + std::to_string(charts.chart_of.size()),
+                  std::to_string(pixel));
+    for (const auto& placement : layout.placements)
+        if (static_cast<std::size_t>(placement.sheet) >= layout.sizes.size())
+            raise(error_code::mismatch, "move_to_sheets", "sheets below " + std::to_string(layout.sizes.size()),
+                  std::to_string(placement.sheet));
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };

@@ -54,6 +54,7 @@ class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
+    simplified_boundary(const chart_outlines&&, const simplify_options&, const depth_range& = {}) = delete;
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
         const std::int32_t* const first = kept_.data() + stretches_[piece].first;

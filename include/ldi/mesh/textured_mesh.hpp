@@ -66,7 +66,7 @@ void check_triangles(const Mesh& mesh) {
                   std::to_string(mesh.triangles.size()) + " numbers");
     for (const std::uint32_t vertex : mesh.triangles)
         if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+            raise(error_code::invalid_data, "mesh", "vertex indices below " + std::to_string(count),
                   "vertex " + std::to_string(vertex));
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float& value : *values)
@@ -92,13 +92,13 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
         const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
         if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
             (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
-            raise(error_code::invalid_data, "mesh", "parts one after the other, from the first vertex to the last",
+            raise(error_code::invalid_data, "mesh", "consecutive parts that start at vertex 0 and triangle 0",
                   "part " + std::to_string(t) + " from vertex " + std::to_string(first.first_vertex) + " to " +
                       std::to_string(last.first_vertex) + " and from triangle " + std::to_string(first.first_triangle) + " to " +
                       std::to_string(last.first_triangle));
         for (std::size_t i = 3 * first.first_triangle; i < 3 * last.first_triangle; ++i)
             if (mesh.triangles[i] < first.first_vertex || mesh.triangles[i] >= last.first_vertex)
-                raise(error_code::invalid_data, "mesh", "triangles of their part's vertices",
+                raise(error_code::invalid_data, "mesh", "triangles that use only vertices of their own part",
                       "vertex " + std::to_string(mesh.triangles[i]) + " in part " + std::to_string(t));
     }
 }

@@ -69,7 +69,7 @@ public:
         for (const std::size_t side : {sizes.details, sizes.layout})
             if (side % alignment != 0 || side > max_long_side || sizes.details == 0)
                 raise(error_code::mismatch, where,
-                      "long sides that are multiples of 32, of at most " + std::to_string(max_long_side), std::to_string(side));
+                      "long sides that are multiples of 32, at most " + std::to_string(max_long_side), std::to_string(side));
         if (level_quantization().scale > max_scale)
             raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(max_scale),
                   "steps of " + detail::to_text(level_quantization().scale));

@@ -46,7 +46,7 @@ struct curve_options {
     constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
     /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
-    /// remaining ones until the limit holds. A noise map then takes only a few times as long as a photo's.
+    /// remaining ones until the limit holds. A map of noise then takes only a few times as long as a photograph's map.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.
@@ -86,8 +86,8 @@ inline buffer<std::size_t> group_lengths(const buffer<traced_curve>& traces) {
     return lengths;
 }
 
-// Returns the smallest length, at least `min_length`, for which all curves of at least this length have at most `max_sides` sides
-// together; 0 if all curves fit.
+// Returns the smallest length, `min_length` or more, such that the curves of this length or longer have at most `max_sides` sides
+// in total. Returns 0 if all curves fit.
 inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max_sides, std::size_t min_length) {
     if (tracer.corners().side_count() <= max_sides) return 0;
     buffer<std::size_t> sides;  // per length of a curve: sides of all such curves

@@ -1,5 +1,5 @@
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so that they would open as cracks and cut
+// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so they would open as cracks and cut
 // charts into slivers. Therefore, this stage links the pixels on both sides, and the mesh spans the step.
 #pragma once
 

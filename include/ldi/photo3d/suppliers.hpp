@@ -34,7 +34,7 @@ using working_layers = layered_image<color_column, disparity_column, known_colum
 /// `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
-                                   serial_executor& threads) {
+                                   const serial_executor& threads) {
     t.inpaint(layers, progress, threads);
 };
 

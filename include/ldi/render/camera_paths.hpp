@@ -43,8 +43,8 @@ struct path_options {
 /// points must not be vertical.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
-/// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the
-/// picture. The camera does not turn, so the window remains a rectangle. The position must be in front of the window.
+/// Returns the view from `position` through a window: the rectangle that the photo covers at disparity `window`. The window fills
+/// the picture. The camera does not turn, so the window remains a rectangle. The position must be in front of the window.
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 

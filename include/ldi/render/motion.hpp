@@ -43,7 +43,8 @@ inline float motion_of(const std::array<float, 3>& position, const pinhole_camer
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// Returns the point nearest to `position`, on the line from the photo's viewpoint to it, that uses at most `motion`.
+/// Returns the point on the line from the photo's viewpoint to `position` that is nearest to `position` and needs at most
+/// `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;

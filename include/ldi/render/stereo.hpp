@@ -43,7 +43,7 @@ inline void check_pair(image_view<const std::uint8_t> left, image_view<const std
 
 }  // namespace detail
 
-/// Combines two pictures to H x 2W x 3, the left eye's picture on the left. Raises mismatch.
+/// Combines two pictures into one of H x 2W x 3, the left eye's picture on the left. Raises mismatch.
 inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
@@ -55,7 +55,7 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
     return result;
 }
 
-/// Combines two pictures to an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
+/// Combines two pictures into an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
 /// picture's brightness (Rec. 601); the green and blue channels are the right picture's. This method, "half color", makes
 /// colored objects equally bright for both eyes. Raises mismatch.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {

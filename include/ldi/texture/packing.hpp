@@ -40,7 +40,7 @@ public:
 
     /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // leaves too small for an equal size are still too small
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // an equal size skips the leaves that were too small for it
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {

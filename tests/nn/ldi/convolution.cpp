@@ -1,5 +1,6 @@
 #include <ldi/nn/ldi/convolution.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_bytes.hpp"
 #include "tests/support/random_features.hpp"
 #include "tests/support/random_graph.hpp"
@@ -8,7 +9,9 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 using namespace ldi;
 using ldi::testing::random_floats;
@@ -340,6 +343,29 @@ TEST_CASE("a convolution of bytes matches the convolution of the numbers that th
             REQUIRE(mask == expected_mask);
         }
     });
+}
+
+TEST_CASE("weights of bytes of any size below the largest float are packed, and larger products are refused") {
+    const auto pack = [](float weight, float other, float scale, float result_scale) {
+        const quantized_source source[] = {{2, {scale, 7}}};
+        return pack_byte_convolution(isa::scalar, std::array{weight, other}, std::array{1.0F}, 1, no_activation, source,
+                                     {result_scale, 0});
+    };
+    for (float largest = 1e30F; largest > 0; largest *= 0.37F) {  // down to the smallest subnormal float
+        CAPTURE(largest);
+        const conv_u8_weights packed = pack(largest, -0.3F * largest, 1.0F, 1.0F);
+        const float expected = largest < 64 * std::numeric_limits<float>::min() ? 0.0F : largest;
+        const auto scaled = [&](std::int8_t w) { return static_cast<float>(w) * packed.scales[0]; };
+        float most = 0;
+        for (const std::int8_t w : packed.values) {
+            REQUIRE(std::abs(int{w}) <= max_conv_u8_weight);
+            most = std::max(most, scaled(w));
+        }
+        if (expected > 0) CHECK(most == Approx(expected));
+    }
+    CHECK(testing::raised([&] { pack(1e30F, 0, 1e30F, 1.0F); }) == error_code::unsupported);
+    CHECK(testing::raised([&] { pack(1e30F, 0, 1.0F, 1e-30F); }) == error_code::unsupported);
+    CHECK(testing::raised([&] { pack(1.0F, 0, 1.0F, 0.0F); }) == error_code::unsupported);
 }
 
 TEST_CASE("a partial convolution without unmasked inputs gives zero, regardless of the bias") {

@@ -162,7 +162,7 @@ TEST_CASE("a U-Net processes two unlinked surfaces as if each were alone") {
     }
 }
 
-TEST_CASE("a U-Net runs on any graph and gives the same bits on any number of threads") {
+TEST_CASE("a U-Net runs on any graph and returns the same bits on any number of threads") {
     thread_pool three(3);
     testing::for_random_graphs(54, 60, [&](const testing::random_layers& layers, std::mt19937& random) {
         const small_unet net(random, testing::chance(random, 50));

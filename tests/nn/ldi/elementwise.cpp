@@ -2,6 +2,7 @@
 #include <ldi/core/coarsening.hpp>
 #include <ldi/nn/ldi/elementwise.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_features.hpp"
 
 #include <catch2/catch.hpp>
@@ -43,6 +44,18 @@ TEST_CASE("concatenate() joins the channels of maps in order, and reads zero at 
             for (std::size_t c = 0; c < 3; ++c) CHECK(both.at(i)[2 + c] == fine.at(i)[c]);
         }
     });
+}
+
+TEST_CASE("elementwise operators refuse maps of other sizes") {
+    const feature_map a(6, 2), fewer(5, 2), wider(6, 3);
+    const basic_feature_map<std::uint8_t> bytes(6, 2), fewer_bytes(5, 2), wider_bytes(6, 3);
+    const add_u8_constants sum = prepare_add_u8(best_isa(), make_quantized_addition({1.0F, 0}, {1.0F, 0}, {1.0F, 0}));
+    for (const feature_map* const other : {&fewer, &wider})
+        CHECK(testing::raised([&] { add(a, *other); }) == error_code::mismatch);
+    for (const basic_feature_map<std::uint8_t>* const other : {&fewer_bytes, &wider_bytes})
+        CHECK(testing::raised([&] { add(bytes, *other, sum); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { concatenate({a, fewer}); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { concatenate({bytes, fewer_bytes}); }) == error_code::mismatch);
 }
 
 TEST_CASE("on a grid, upsampling repeats each pixel of the coarse image") {
@@ -109,7 +122,7 @@ TEST_CASE("elementwise functions reuse the memory of a map that is moved in") {
     CHECK(result.values.data() == values);
 }
 
-TEST_CASE("elementwise functions give the same bits on any number of threads") {
+TEST_CASE("elementwise functions return the same bits on any number of threads") {
     std::mt19937 random(25);
     const feature_map a = random_features(random, 20000, 3), b = random_features(random, 20000, 3);
     thread_pool three(3);

@@ -71,7 +71,7 @@ TEST_CASE("pooling does not mix two surfaces separated by a silhouette") {
     CHECK(largest.at(1)[0] == 1.0F);
 }
 
-TEST_CASE("pooling gives the same bits on any number of threads") {
+TEST_CASE("pooling returns the same bits on any number of threads") {
     std::mt19937 random(12);
     const graph g = make_grid(150, 90);
     const coarsened half = coarsen(g);

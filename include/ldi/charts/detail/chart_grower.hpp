@@ -42,9 +42,9 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`. The result is exact if no side
-/// is longer already. Otherwise, it is proportional to `side` for the longer boxes: a winding chart that is divided does not
-/// change its length.
+/// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
+/// side exceeds it already. Otherwise, scales the area of each longer box by `side` over its longer side, because the pieces of a
+/// winding chart together are as long as the whole.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -91,9 +91,9 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. A pixel_run would require
-    /// adjacent memory, but charts are made of layers in any order, so growth may only follow links. The strip stores the
-    /// position of its first pixel, because reading it again would cost a cache miss.
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. Unlike a pixel_run, a strip
+    /// need not be adjacent in memory: pixels may have any order, so growth only follows links. The strip stores the position of
+    /// its first pixel, because reading it again would cost a cache miss.
     struct strip {
         std::int32_t first, x, y, count;
     };

@@ -175,14 +175,14 @@ private:
         }
     }
 
-    /// Whether a neighbor's disparity fits the pixel's side of its step. If the neighbor is nearer to another curve, it may
-    /// belong to another surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood
-    /// of its curve pixels.
+    /// Whether `value`, a neighbor's disparity, is plausible for pixel i, on i's side of the step. A neighbor that is nearer to
+    /// another curve may belong to another surface. The accepted range extends beyond the step, because a blurred step may be
+    /// wider than the neighborhood of its curve pixels.
     bool fits(float value, std::int32_t i) const {
-        constexpr float inwards = 0.5F, outwards = 3.0F;  // as multiples of the step in disparity
+        constexpr float inward = 0.5F, outward = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);
         const float step = s.front - s.back, beyond = in_front_[i] != 0 ? value - s.front : s.back - value;
-        return beyond >= -inwards * step && beyond <= outwards * step;
+        return beyond >= -inward * step && beyond <= outward * step;
     }
 
     const step_band& band_;

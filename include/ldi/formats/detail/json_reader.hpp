@@ -17,6 +17,10 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 enum class json_kind { none, null, boolean, number, string, array, object };
+constexpr std::string_view kind_text(json_kind kind) {
+    constexpr std::string_view names[] = {"nothing", "null", "a boolean", "a number", "a string", "an array", "an object"};
+    return names[static_cast<std::size_t>(kind)];
+}
 
 /// The text of a value, without surrounding white space.
 struct json_value {

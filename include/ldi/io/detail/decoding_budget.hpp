@@ -43,7 +43,7 @@ public:
     /// Raises unsupported if the caller has disabled the format.
     void check_format(picture_format format, const std::string& where) const {
         if (!formats_.contains(format))
-            raise(error_code::unsupported, where, "a format that is switched on: " + formats_.text(),
+            raise(error_code::unsupported, where, "an enabled format: " + formats_.text(),
                   "a " + std::string(to_string(format)) + " file");
     }
 
@@ -53,9 +53,9 @@ public:
     void take(double bytes, const std::string& where, const std::string& what) {
         if (!(bytes <= nearest_double(left())))
             raise(error_code::too_large, where,
-                  "a file that decodes in " + std::to_string(memory_ / 1'000'000) + " MB, of which " +
-                      std::to_string(left() / 1'000'000) + " are left",
-                  what + " in " + std::to_string(file_bytes_) + " bytes");
+                  "a file that needs at most " + std::to_string(memory_ / 1'000'000) + " MB to decode, of which " +
+                      std::to_string(left() / 1'000'000) + " MB are left",
+                  what + " in a file of " + std::to_string(file_bytes_) + " bytes");
         taken_ += static_cast<std::size_t>(bytes);
     }
     void take_samples(double samples, const std::string& where, const std::string& what) {

@@ -52,7 +52,9 @@ inline image<float> heif_gray(const heif_image* pixels, const std::string& where
     const int width = heif_image_get_width(pixels, channel), height = heif_image_get_height(pixels, channel),
               bits = heif_image_get_bits_per_pixel_range(pixels, channel);
     if (from == nullptr || width < 1 || height < 1 || bits < 1 || bits > 16)
-        raise(error_code::invalid_data, where, "a gray picture", "none");
+        raise(error_code::invalid_data, where, "a gray picture with 1 to 16 bits per sample",
+              from == nullptr ? "none"
+                              : std::to_string(width) + " x " + std::to_string(height) + ", " + std::to_string(bits) + " bits");
     image<float> values(static_cast<std::size_t>(height), static_cast<std::size_t>(width), 1, unset);
     const float scale = 1.0F / nearest_float((1U << bits) - 1);
     for (std::size_t y = 0; y < values.height(); ++y) {

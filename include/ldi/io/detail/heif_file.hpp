@@ -101,7 +101,7 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     require_memory(needed, where);
     heif_image* pixels = nullptr;
     const heif_error said = heif_decode_image(handle, &pixels, space, chroma, options.get());
-    // Decoders report a lack of memory like a damaged file. If memory is scarce, assumes a lack of memory.
+    // Decoders report exhausted memory as a damaged file. Raises out_of_memory unless twice the memory is available now.
     if (said.code == heif_error_Decoder_plugin_error) require_memory(2 * needed, where);
     check_heif(said, where);
     return heif_pixels(pixels);

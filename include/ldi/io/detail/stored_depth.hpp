@@ -48,7 +48,7 @@ inline image<float> to_disparity(image<float> values, const depth_meaning& meani
     const double first = meaning.first, last = meaning.last;
     const bool is_distance = meaning.coding != depth_coding::disparity;
     if (!std::isfinite(first) || !std::isfinite(last) || first == last || (is_distance && (first <= 0 || last <= 0)))
-        raise(error_code::invalid_data, where, "a range of depth", detail::to_text(first) + " to " + detail::to_text(last));
+        raise(error_code::invalid_data, where, "a valid range of depth", detail::to_text(first) + " to " + detail::to_text(last));
     const double unit = meaning.unit > 0 ? meaning.unit : 1;
     double highest = 0;
     for (float& value : values) {

@@ -47,7 +47,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-/// Interleaves 16 channels of two rows or columns to pairs of 16-bit values.
+/// Interleaves 16 channels of two rows or columns into pairs of 16-bit values.
 [[gnu::always_inline]] inline void store_pairs(v128_t a, v128_t b, std::int16_t* to) {
     const v128_t low = wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const v128_t high = wasm_i8x16_shuffle(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);

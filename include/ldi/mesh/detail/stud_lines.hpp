@@ -42,11 +42,11 @@ private:
     buffer<std::int32_t> positions_, line_from_;
 };
 
-/// Finds the bends of a profile: the points that Douglas-Peucker keeps, without both ends.
+/// Finds the bends of a profile: the points that Douglas-Peucker keeps, except the two ends.
 class bend_finder {
 public:
-    /// Calls found(i) for each bend i in [margin, size - margin), in ascending order. Also adds the middle of a section [first,
-    /// last] without bends if is_too_long(first, last).
+    /// Calls found(i) for each bend i in [margin, size - margin), in ascending order. If a section [first, last] has no bend and
+    /// is_too_long(first, last), its middle counts as a bend.
     template <class TooLong, class Function>
     void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {
         keep_.assign(profile.size(), 0);

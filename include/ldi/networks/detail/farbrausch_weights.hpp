@@ -142,7 +142,7 @@ private:
     quantization range(const std::string& of) const {
         if (!file_.tensors.contains(of + ".range"))
             raise(error_code::mismatch, where(),
-                  "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
+                  "value ranges for int8 arithmetic, as examples/training/farbrausch/export.py writes them",
                   "no tensor " + of + ".range");
         return quantization_of(file_, of);
     }

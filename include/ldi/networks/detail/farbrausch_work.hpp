@@ -62,7 +62,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     decoded[0] = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, decoded[i].pixels);
+        level.decode = restrict_to(level.average, decoded[i].pixels());
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
@@ -75,7 +75,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels);
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels());
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
         pixel_subset read_here = pixel_subset::marked(read_marks[i]);
@@ -83,14 +83,14 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         level.encode = on_subsets(std::move(level.encode), read, read_here);
         level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
         level.decoded_above.reserve(read_here.size());
-        for (const std::int32_t pixel : read_here.pixels) {
+        for (const std::int32_t pixel : read_here.pixels()) {
             const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of[above]);
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of()[above]);
         }
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read.pixels), levels[0].decoded = std::move(decoded[0].pixels);
+    levels[0].read = std::move(read).pixels(), levels[0].decoded = std::move(decoded[0]).pixels();
     return levels;
 }
 

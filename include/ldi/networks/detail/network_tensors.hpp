@@ -30,7 +30,7 @@ inline quantization quantization_of(const named_tensors& file, const std::string
     const buffer<float>& ends = finite_values(file, name, {2});
     const float scale = (ends[1] - ends[0]) / 255.0F;
     if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-        raise(error_code::invalid_data, tensor_place(file, name), "a range around 0",
+        raise(error_code::invalid_data, tensor_place(file, name), "a range that contains 0",
               to_text(ends[0]) + " to " + to_text(ends[1]));
     return {scale, rounded_to_byte(-ends[0] / scale)};
 }

@@ -58,7 +58,7 @@ public:
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
-    /// convert  converts floats to values of the input
+    /// convert  converts a float to the type of the network's input
     template <class Convert>
     auto run(const Convert& convert) {
         const std::size_t depth = levels_.size() - 1;
@@ -179,9 +179,9 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Last, colors pixels that have no color on this or a coarser level. Such pixels exist where few links connect a surface
-    /// to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels, one link
-    /// per pass: each pixel becomes the average of its colored neighbors.
+    /// Finally, colors the pixels that have no color on this or a coarser level. Such pixels exist where few links connect a
+    /// surface to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels,
+    /// one link per pass: each pixel becomes the average of its colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });

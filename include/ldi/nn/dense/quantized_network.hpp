@@ -28,11 +28,12 @@ public:
 
     /// Checks the description and packs its weights.
     ///
-    /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
+    /// target  the instruction set to pack weights for; must be available, else raises invalid_option. Results do not depend on
+    /// it
     ///
     /// Raises an error that names the tensor if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
-        LDI_ASSERT(is_available(target));
+        check_available("quantized_network", target);
         detail::check_network(description);
         input_name_ = description.input_name;
         values_ = {description.input};

@@ -7,6 +7,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 #include <ldi/kernels/requantize.hpp>
@@ -18,6 +19,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 
@@ -91,10 +93,15 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         float largest = 0.0F;
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
-        const float step = largest > 0.0F ? largest / detail::nearest_float(max_conv_u8_weight) : 1.0F;
+        const float step = largest / detail::nearest_float(max_conv_u8_weight);
+        const bool is_zero = step < (std::numeric_limits<float>::min)();  // quotients of subnormal floats may exceed the maximum
+        scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
+        if (!std::isfinite(scales[o]) || !std::isfinite(result_bias[o]))
+            raise(error_code::unsupported, "convolution, output " + std::to_string(o),
+                  "a finite scale and bias in units of bytes",
+                  "a scale of " + detail::to_text(scales[o]) + " and a bias of " + detail::to_text(result_bias[o]));
         for (std::size_t i = 0; i < inputs; ++i)
-            rounded[o * inputs + i] = static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));
-        scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
+            rounded[o * inputs + i] = is_zero ? std::int8_t{0} : static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));
     }
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
 }

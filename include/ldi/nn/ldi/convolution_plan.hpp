@@ -147,12 +147,12 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
 
 inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
     const auto refuse = [&](const std::string& found) {
-        raise(error_code::mismatch, "plan_convolution", "the map of the result of coarsen() for this graph", found);
+        raise(error_code::mismatch, "plan_convolution", "the level_map that coarsen() returned for this graph", found);
     };
     const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
     if (parent.size() != g.size())
-        refuse("that of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
-    if (map.width() != g.width() || map.height() != g.height()) refuse("that of another lattice");
+        refuse("the map of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
+    if (map.width() != g.width() || map.height() != g.height()) refuse("the map of a graph on a lattice of another size");
     plan_parts plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = all_kept.size();
@@ -164,7 +164,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
         const std::int32_t output = parent[first + odd];
         if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
             all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
-            refuse("that of another graph");
+            refuse("the map of another graph");
         add_segment(plan, {output, kept}, rows, odd);
         return true;
     });
@@ -189,10 +189,10 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
-/// map          of the result of coarsen(g)
+/// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size; mismatch if `map` is that of a graph of another size or lattice, or of one with
-/// other pixels in the runs that become segments.
+/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels or
+/// another lattice, or with other pixels in the runs that become segments.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
 #include <ldi/base/numbers.hpp>
@@ -19,6 +20,7 @@
 #include <cstring>
 #include <initializer_list>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -36,6 +38,13 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 
 // quantized() compares and selects bits instead of floats, so that loops that call it have no branches and GCC vectorizes them.
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
+
+template <class Value>
+void check_same_shape(const char* where, const basic_feature_view<Value>& a, const basic_feature_view<Value>& b) {
+    if (b.pixels() != a.pixels() || b.channels != a.channels)
+        raise(error_code::mismatch, where, std::to_string(a.pixels()) + " pixels of " + std::to_string(a.channels) + " channels",
+              std::to_string(b.pixels()) + " of " + std::to_string(b.channels));
+}
 
 /// Returns the byte to which quantize() converts a value.
 ///
@@ -84,10 +93,10 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  as many pixels and channels as `a`; may be upsampled. Its missing pixels count as zero
+/// b  as many pixels and channels as `a`, else raises mismatch; may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
-    LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
+    detail::check_same_shape<float>("add", a, b);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
@@ -103,11 +112,12 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
 
 /// Returns a + b for maps of bytes, each in its own quantization.
 ///
+/// b    as in add() for floats
 /// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
-    LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
+    detail::check_same_shape<std::uint8_t>("add", a, b);
     constexpr std::size_t grain = 1024;
     const buffer<std::uint8_t> missing(b.channels, b.zero);
     parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
@@ -132,7 +142,10 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
     LDI_ASSERT(!sources.empty());
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.pixels() == sources[0].pixels() && source.zero == sources[0].zero);
+        LDI_ASSERT(source.zero == sources[0].zero);
+        if (source.pixels() != sources[0].pixels())
+            raise(error_code::mismatch, "concatenate", std::to_string(sources[0].pixels()) + " pixels",
+                  std::to_string(source.pixels()));
         channels += source.channels;
     }
     basic_feature_map<Value> result(sources[0].pixels(), channels, sources[0].zero);
@@ -151,7 +164,7 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 /// Concatenates the channels of the maps. With a single upsampled map, stores it at full size. Convolutions can read several
 /// maps directly, which is faster.
 ///
-/// maps  at least one, all with the same number of pixels; maps of bytes must share one quantization
+/// maps  at least one, all with the same number of pixels, else raises mismatch; maps of bytes must share one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);

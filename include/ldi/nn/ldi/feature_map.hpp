@@ -55,10 +55,8 @@ struct basic_feature_map {
 
     basic_feature_map() = default;
     /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
-    basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count),
-          values(checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
-          zero(stands_for_zero) {}
+    basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value zero_value = {})
+        : channels(channel_count), values(checked_size(1, pixel_count, channel_count, sizeof(Value)), unset), zero(zero_value) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 
@@ -74,12 +72,13 @@ struct basic_feature_map {
     template <std::integral Index>
     std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
-    /// The map must outlive the view and keep its size. A temporary map converts, too, as an argument of a call.
+    /// The map must outlive the view and keep its size. A temporary map also converts, so that it can be a function argument.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
     template <std::integral Index>
     std::size_t first(Index pixel) const {
+        LDI_ASSERT(static_cast<std::size_t>(pixel) < pixels());
         return static_cast<std::size_t>(pixel) * channels;
     }
 };
@@ -99,7 +98,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, std::span<c
 /// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
 /// parent. Both arguments must outlive the view. Raises mismatch unless `coarse` has one pixel per pixel of the coarse graph.
 ///
-/// by  of the result of coarsen() for the finer graph
+/// by  coarsened::map of the result of coarsen() for the finer graph
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
     if (coarse.pixels() != by.kept().size())

@@ -16,23 +16,29 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Copies a column to a feature map of K pixels and the column's channels. `Value` is float or std::uint8_t; bytes require a
-/// column of bytes.
+/// Copies a column to a feature map of K pixels and the column's channels.
 ///
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
-///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 ///
-/// scale  factor of every value, for float maps
-template <payload_column Column, class Value = float, has_column<Column> Layers>
-basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
-    static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
+/// scale  factor of every value
+template <payload_column Column, has_column<Column> Layers>
+feature_map from_column(const Layers& layers, float scale = 1.0F) {
     const array_view<const typename Column::scalar> column = layered_view<Column>(layers).template column<Column>();
+    feature_map map(layers.size(), Column::channels);
+    std::transform(column.begin(), column.end(), map.values.begin(),
+                   [scale](auto value) { return scale * static_cast<float>(value); });
+    return map;
+}
+
+/// Copies a column of bytes to a map of bytes.
+///
+///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
+template <payload_column Column, std::same_as<std::uint8_t> Value, has_column<Column> Layers>
+basic_feature_map<Value> from_column(const Layers& layers) {
+    static_assert(std::same_as<Value, typename Column::scalar>, "bytes require a column of bytes");
+    const array_view<const Value> column = layered_view<Column>(layers).template column<Column>();
     basic_feature_map<Value> map(layers.size(), Column::channels);
-    if constexpr (std::same_as<Value, float>)
-        std::transform(column.begin(), column.end(), map.values.begin(),
-                       [scale](auto value) { return scale * static_cast<float>(value); });
-    else
-        std::copy(column.begin(), column.end(), map.values.begin());
+    std::copy(column.begin(), column.end(), map.values.begin());
     return map;
 }
 

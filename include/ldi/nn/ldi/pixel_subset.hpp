@@ -2,8 +2,9 @@
 // these pixels.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
-#include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
@@ -11,40 +12,57 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a subset, and the reverse lookup.
-struct pixel_subset {
-    buffer<std::int32_t> pixels;  ///< ascending
-    buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
-
-    std::size_t size() const { return pixels.size(); }
-
+/// Pixels of a subset, and the reverse lookup. Subsets do not change, so their indices always exist.
+class pixel_subset {
+public:
     /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
-        subset.row_of.resize(marks.size(), unset);
-        subset.pixels.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
+        subset.row_of_.resize(marks.size(), unset);
+        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
         std::int32_t pixel = 0, row = 0;
         for (const std::uint8_t mark : marks) {
-            subset.row_of[pixel] = mark != 0 ? row : no_pixel;
-            subset.pixels[row] = pixel++;
+            subset.row_of_[pixel] = mark != 0 ? row : no_pixel;
+            subset.pixels_[row] = pixel++;
             row += mark != 0 ? 1 : 0;
         }
-        subset.pixels.pop_back();
+        subset.pixels_.pop_back();
         return subset;
     }
+
+    std::size_t size() const { return pixels_.size(); }
+    /// The pixels, ascending. A call on a temporary subset returns the values instead of a view, and leaves the subset empty.
+    array_view<const std::int32_t> pixels() const& { return pixels_; }
+    buffer<std::int32_t> pixels() && { return std::exchange(*this, {}).pixels_; }
+    /// Per pixel of the graph: its index in pixels(), or no_pixel.
+    array_view<const std::int32_t> row_of() const& { return row_of_; }
+    array_view<const std::int32_t> row_of() const&& = delete;
+
+private:
+    buffer<std::int32_t> pixels_, row_of_;
 };
 
 namespace detail {
 
+inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
+    if (subset.row_of().size() != pixels)
+        raise(error_code::mismatch, "pixel_subset", "a subset of the plan's " + std::to_string(pixels) + " pixels",
+              "one of " + std::to_string(subset.row_of().size()));
+}
+
 inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
     if (pixel == no_pixel) return;
-    pixel = subset.row_of[pixel];
-    LDI_ASSERT(pixel != no_pixel);
+    const std::int32_t row = subset.row_of()[pixel];
+    if (row == no_pixel)
+        raise(error_code::mismatch, "pixel_subset", "pixel " + std::to_string(pixel) + ", which the plan uses",
+              "a subset without it");
+    pixel = row;
 }
 
 }  // namespace detail
@@ -53,9 +71,11 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 ///
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
 ///         these must be included
+///
+/// Raises mismatch if the subset is of another graph or lacks a pixel.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
-    LDI_ASSERT(inputs.row_of.size() == parts.input_count);
+    detail::check_graph_of(inputs, parts.input_count);
     // The pixels of a segment's row remain consecutive, because the subset contains all of them.
     for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
@@ -67,9 +87,11 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
+///
+/// Raises mismatch as renumber_inputs() does.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
-    LDI_ASSERT(outputs.row_of.size() == parts.output_count);
+    detail::check_graph_of(outputs, parts.output_count);
     for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
     for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
     parts.output_count = outputs.size();

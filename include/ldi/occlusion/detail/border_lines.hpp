@@ -17,18 +17,18 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Measures the slope of the photo's lines at one side of its border: steps along the border (down or to the right) per step
-/// inwards.
+/// inward.
 class border_lines {
 public:
     /// color    K x 3
-    /// inwards  direction from this side into the photo
+    /// inward  direction from this side into the photo
     /// rim      width of the rim at this side (detail/photo_rim.hpp)
-    border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inwards, std::int32_t rim)
+    border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inward, std::int32_t rim)
         : graph_(g),
           color_(color),
           rim_(rim),
-          inwards_(inwards),
-          along_(inwards == side::left || inwards == side::right ? side::down : side::right) {}
+          inward_(inward),
+          along_(inward == side::left || inward == side::right ? side::down : side::right) {}
 
     /// Returns the slope at each border pixel of this side.
     ///
@@ -43,7 +43,7 @@ public:
             for (std::int32_t pixel = pixels[first]; pixel != no_pixel; pixel = graph_.neighbor(pixel, along_)) {
                 members.push_back(
                     static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin()));
-                chain.push_back(gradients_inwards_of(pixel));
+                chain.push_back(gradients_inward_of(pixel));
             }
             smooth(chain), smooth(chain);
             for (std::size_t i = 0; i < members.size(); ++i) result[members[i]] = chain[i].slope();
@@ -58,7 +58,7 @@ public:
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
-        side direction = inwards_;
+        side direction = inward_;
         for (std::int32_t k = 0; k < rim + count; ++k) {
             if (k > 0) {
                 const std::int32_t next = graph_.neighbor(at, direction);
@@ -76,24 +76,24 @@ public:
     }
 
 private:
-    static constexpr int depth = 24;              // number of pixels inwards that are measured
+    static constexpr int depth = 24;              // number of pixels inward that are measured
     static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
-    /// Sums of products of two gradients: inwards, and along the border.
+    /// Sums of products of two gradients: inward, and along the border.
     struct sums {
-        float inwards_along = 0, along_along = 0, inwards_inwards = 0;
+        float inward_along = 0, along_along = 0, inward_inward = 0;
 
-        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms in `squares` regularize it toward 0,
+        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize it toward 0,
         /// because lines nearly parallel to the border and noise make it unreliable.
         float slope() const {
-            const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
-            return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
+            const float squares = along_along + 0.1F * inward_inward + nearest_float(20 * depth);
+            return std::clamp(-inward_along / squares, -1.5F, 1.5F);
         }
     };
 
     /// Returns the first pixel inside the rim, or no_pixel if the surface ends inside the rim.
     std::int32_t pixel_inside(std::int32_t pixel) const {
-        for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inwards_);
+        for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inward_);
         return pixel;
     }
 
@@ -102,18 +102,18 @@ private:
         return nearest_float(color[0] + 2 * color[1] + color[2]) * 0.25F;
     }
 
-    sums gradients_inwards_of(std::int32_t pixel) const {
+    sums gradients_inward_of(std::int32_t pixel) const {
         sums result;
         pixel = pixel_inside(pixel);
         for (int k = 0; k < depth && pixel != no_pixel; ++k) {
-            const std::int32_t next = graph_.neighbor(pixel, inwards_);
+            const std::int32_t next = graph_.neighbor(pixel, inward_);
             if (next == no_pixel) break;
             const std::int32_t before = graph_.neighbor(next, opposite(along_)), after = graph_.neighbor(next, along_);
-            const std::int32_t beyond = graph_.neighbor(next, inwards_);
+            const std::int32_t beyond = graph_.neighbor(next, inward_);
             if (before != no_pixel && after != no_pixel && beyond != no_pixel) {
-                const float inwards = brightness(beyond) - brightness(pixel), along = brightness(after) - brightness(before);
-                result.inwards_along += inwards * along, result.along_along += along * along;
-                result.inwards_inwards += inwards * inwards;
+                const float inward = brightness(beyond) - brightness(pixel), along = brightness(after) - brightness(before);
+                result.inward_along += inward * along, result.along_along += along * along;
+                result.inward_inward += inward * inward;
             }
             pixel = next;
         }
@@ -124,7 +124,7 @@ private:
     static void smooth(buffer<sums>& chain) {
         const buffer<sums> from = chain;
         const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(chain.size());
-        for (float sums::*value : {&sums::inwards_along, &sums::along_along, &sums::inwards_inwards}) {
+        for (float sums::*value : {&sums::inward_along, &sums::along_along, &sums::inward_inward}) {
             double sum = 0;
             for (std::ptrdiff_t i = 0; i < (std::min)(radius, count); ++i) sum += double{from[i].*value};
             for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -139,12 +139,12 @@ private:
     graph_view graph_;
     array_view<const std::uint8_t> color_;
     std::int32_t rim_;
-    side inwards_, along_;
+    side inward_, along_;
 };
 
 /// One side of a photo's border, and the length and slope of each surface's continuation past it.
 struct border_side {
-    side inwards;
+    side inward;
     border_lines lines;
     buffer<std::int32_t> pixels = {};  ///< border pixels of this side, ascending
     buffer<std::int32_t> reach = {};   ///< for each pixel: number of steps by which its surface continues
@@ -152,7 +152,7 @@ struct border_side {
 
     border_side(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                 const buffer<pixel_run>& runs, side from)
-        : inwards(from), lines(g, color, from, rim_finder(g, color, known, runs).width(from)) {}
+        : inward(from), lines(g, color, from, rim_finder(g, color, known, runs).width(from)) {}
 
     std::size_t find(std::int32_t pixel) const {
         return static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin());
@@ -161,7 +161,7 @@ struct border_side {
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }
-    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outwards.
+    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outward.
     void find_shown(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& shown) const {
         shown.clear();
         if (count == 0) return;

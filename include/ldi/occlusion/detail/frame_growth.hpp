@@ -18,7 +18,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upwards or downwards.
+/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upward or downward.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -143,12 +143,12 @@ private:
         });
     }
 
-    /// Lists the rim's pixels from a border pixel inwards, with the pixels whose colors they get.
+    /// Lists the rim's pixels from a border pixel inward, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         path_.clear();
         for (std::int32_t k = b.add_path(pixel, 0, path_); k-- > 0;) {
             repainted_.push_back({pixel, path_[k]});
-            pixel = graph_.neighbor(pixel, b.inwards);
+            pixel = graph_.neighbor(pixel, b.inward);
         }
     }
 
@@ -170,7 +170,7 @@ private:
     }
 
     /// Links a strip to the strip of the pixel above its border pixel, up to the length of the shorter one. `step` is the
-    /// difference in index to the next pixel outwards.
+    /// difference in index to the next pixel outward.
     void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
         here.push_back(s);
         const std::int32_t above = graph_.up()[s.border];
@@ -185,10 +185,10 @@ private:
     ///
     /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
     /// pixels.
-    buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
-        const border_side& from = outwards == side::up ? top_ : bottom_;
+    buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outward, buffer<std::int32_t> beside) {
+        const border_side& from = outward == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        // paths: the pixels that each column shows, outwards from the photo. start: per column, the index of its first pixel in
+        // paths: the pixels that each column shows, outward from the photo. start: per column, the index of its first pixel in
         // `paths`
         buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
@@ -201,8 +201,8 @@ private:
         buffer<std::int32_t> row(columns.size(), unset);
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
         for (std::int32_t n = 1; n <= longest; ++n) {
-            const std::int32_t distance = outwards == side::up ? longest + 1 - n : n;
-            const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
+            const std::int32_t distance = outward == side::up ? longest + 1 - n : n;
+            const std::int32_t y = outward == side::up ? -distance : graph_.height() - 1 + distance;
             std::fill(row.begin(), row.end(), no_pixel);
             find_runs(distance, columns, runs);
             for (const auto& [first, last] : runs) {

@@ -27,13 +27,13 @@ public:
 
     /// Returns the width of the rim in pixels.
     ///
-    /// inwards  direction from the rim's side into the photo
-    std::int32_t width(side inwards) const {
-        const bool is_row = inwards == side::up || inwards == side::down;
+    /// inward  direction from the rim's side into the photo
+    std::int32_t width(side inward) const {
+        const bool is_row = inward == side::up || inward == side::down;
         const std::int32_t length = is_row ? graph_.width() : graph_.height(), depth = is_row ? graph_.height() : graph_.width();
         if (length < min_length || depth < 4 * (max_rim + fading)) return 0;
         std::int32_t rim = 0;
-        while (rim <= max_rim && has_one_color(inwards, rim)) ++rim;
+        while (rim <= max_rim && has_one_color(inward, rim)) ++rim;
         return rim == 0 || rim > max_rim ? 0 : rim + fading;
     }
 
@@ -42,31 +42,31 @@ private:
     static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
     /// Whether the known pixels at a distance from a side have nearly one color.
-    bool has_one_color(side inwards, std::int32_t distance) const {
+    bool has_one_color(side inward, std::int32_t distance) const {
         std::array<double, 3> mean{};
         double count = 0, deviation = 0;
-        for_each_pixel(inwards, distance, [&](const std::uint8_t* color) {
+        for_each_pixel(inward, distance, [&](const std::uint8_t* color) {
             count += 1;
             for (std::size_t c = 0; c < 3; ++c) mean[c] += color[c];
         });
         if (count == 0) return false;
         for (double& value : mean) value /= count;
-        for_each_pixel(inwards, distance, [&](const std::uint8_t* color) {
+        for_each_pixel(inward, distance, [&](const std::uint8_t* color) {
             for (std::size_t c = 0; c < 3; ++c) deviation += std::abs(color[c] - mean[c]) / 3;
         });
         return deviation <= max_deviation * count;
     }
 
     template <class Visit>
-    void for_each_pixel(side inwards, std::int32_t distance, Visit&& visit) const {
+    void for_each_pixel(side inward, std::int32_t distance, Visit&& visit) const {
         const auto see = [&](std::int32_t pixel) {
             if (known_[pixel] != 0) visit(color_.data() + 3 * std::ptrdiff_t{pixel});
         };
-        const std::int32_t x = inwards == side::right ? distance : graph_.width() - 1 - distance;
-        const std::int32_t y = inwards == side::down ? distance : graph_.height() - 1 - distance;
+        const std::int32_t x = inward == side::right ? distance : graph_.width() - 1 - distance;
+        const std::int32_t y = inward == side::down ? distance : graph_.height() - 1 - distance;
         for (const pixel_run& r : runs_) {
             const std::int32_t x0 = graph_.x()[r.first];
-            if (inwards == side::left || inwards == side::right) {
+            if (inward == side::left || inward == side::right) {
                 if (x0 <= x && x < x0 + r.size()) see(r.first + x - x0);
             } else if (graph_.y()[r.first] == y) {
                 for (std::int32_t i = r.first; i < r.last; ++i) see(i);

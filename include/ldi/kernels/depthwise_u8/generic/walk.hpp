@@ -112,9 +112,12 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c is the right column of the window around the last copy of
-    /// column c - 1, fills two of three columns of the windows around its own first and last copies and all columns of the
-    /// windows around its other copies, and is the left column of the window around the first copy of column c + 1.
+    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    ///
+    ///     around the last copy of column c - 1       as the right column
+    ///     around its own first and last copies       as two of the three columns
+    ///     around its other copies                    as all columns
+    ///     around the first copy of column c + 1      as the left column
     ///
     /// fixed_repeat  repetitions, or 0 if the compiler does not know them
     template <std::size_t fixed_repeat>

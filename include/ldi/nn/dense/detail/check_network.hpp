@@ -88,7 +88,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
               std::to_string(a.channels) + " and " + std::to_string(b.channels));
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
-        raise(error_code::unsupported, place, "ratios of input scale to output scale whose larger one is in [2^-10, 2^8)",
+        raise(error_code::unsupported, place, "ratios of input scale to output scale, the larger in [2^-10, 2^8)",
               to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }

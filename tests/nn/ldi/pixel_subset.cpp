@@ -1,0 +1,97 @@
+#include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/pixel_subset.hpp>
+
+#include "tests/support/errors.hpp"
+#include "tests/support/random_features.hpp"
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <type_traits>
+#include <utility>
+
+using namespace ldi;
+
+namespace {
+using marks = buffer<std::uint8_t>;
+
+marks random_marks(std::mt19937& random, std::size_t count, int percent) {
+    marks result(count, 0);
+    for (std::uint8_t& mark : result) mark = testing::chance(random, percent) ? 1 : 0;
+    return result;
+}
+
+/// Marks all pixels that a plan reads.
+marks read_by(const convolution_plan& plan) {
+    marks result(plan.input_count(), 0);
+    mark_needed_inputs(plan, result);
+    return result;
+}
+}  // namespace
+
+TEST_CASE("a subset lists its pixels in ascending order, and returns each pixel's index") {
+    std::mt19937 random(1);
+    for (int round = 0; round < 100; ++round) {
+        const marks marked = random_marks(random, random() % 50, 40);
+        const pixel_subset subset = pixel_subset::marked(marked);
+        REQUIRE(subset.row_of().size() == marked.size());
+        std::int32_t rows = 0;
+        for (std::int32_t pixel = 0; pixel < marked.count(); ++pixel) {
+            REQUIRE(subset.row_of()[pixel] == (marked[pixel] != 0 ? rows : no_pixel));
+            if (marked[pixel] != 0) REQUIRE(subset.pixels()[rows++] == pixel);
+        }
+        REQUIRE(subset.size() == static_cast<std::size_t>(rows));
+    }
+}
+
+TEST_CASE("a plan on subsets computes the same bits from the stored rows as the plan on all pixels") {
+    testing::for_random_graphs(2, 60, [](const testing::random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology();
+        const auto weights = pack_convolution(best_isa(), testing::random_floats(random, 2 * 3 * 9),
+                                              testing::random_floats(random, 2), 3, no_activation);
+        const feature_map all = testing::random_features(random, g.size(), 3);
+        const pixel_subset outputs = pixel_subset::marked(random_marks(random, g.size(), 50));
+        const convolution_plan restricted = restrict_to(plan_convolution(g, 3), outputs.pixels());
+        const pixel_subset inputs = pixel_subset::marked(read_by(restricted));
+
+        feature_map stored(inputs.size(), 3);
+        for (std::size_t row = 0; row < inputs.size(); ++row)
+            std::copy_n(all.at(inputs.pixels()[row]).data(), 3, stored.at(row).data());
+        feature_map expected(g.size(), 2), found(outputs.size(), 2);
+        const feature_view from_all[] = {all}, from_stored[] = {stored};
+        convolve(restricted, weights, from_all, expected.values);
+        convolve(on_subsets(restricted, outputs, inputs), weights, from_stored, found.values);
+        for (std::size_t row = 0; row < outputs.size(); ++row)
+            for (std::size_t c = 0; c < 2; ++c) REQUIRE(found.at(row)[c] == expected.at(outputs.pixels()[row])[c]);
+    });
+}
+
+TEST_CASE("a plan refuses subsets of other graphs, and subsets without a pixel that it reads or writes") {
+    const graph g = make_grid(6, 5);
+    const convolution_plan plan = plan_convolution(g, 3);
+    const pixel_subset all = pixel_subset::marked(marks(30, 1)), none = pixel_subset::marked(marks(30, 0)),
+                       other = pixel_subset::marked(marks(29, 1));
+    CHECK_FALSE(testing::raised([&] { on_subsets(plan, all, all); }));
+    for (const pixel_subset* const wrong : {&none, &other}) {
+        CHECK(testing::raised([&] { renumber_inputs(plan, *wrong); }) == error_code::mismatch);
+        CHECK(testing::raised([&] { on_subsets(plan, *wrong, all); }) == error_code::mismatch);
+        CHECK(testing::raised([&] { on_subsets(plan, all, *wrong); }) == error_code::mismatch);
+    }
+    for (std::int32_t pixel = 0; pixel < 30; ++pixel) {
+        marks most(30, 1);
+        most[pixel] = 0;
+        CHECK(testing::raised([&] { renumber_inputs(plan, pixel_subset::marked(most)); }) == error_code::mismatch);
+    }
+}
+
+static_assert(!std::is_aggregate_v<pixel_subset>);
+template <class Subset>
+constexpr bool can_change_subset = requires(Subset s) {
+    s.pixels()[0] = 1;
+}
+|| requires(Subset s) { s.row_of()[0] = 1; };
+static_assert(!can_change_subset<pixel_subset&>);
