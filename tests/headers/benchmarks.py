@@ -15,7 +15,7 @@ FOLDERS += [("nn", "nn/ldi"), ("networks", "nn/dense")]
 
 # Names without their own benchmark, by reason.
 EXCEPTIONS = {
-    "a few instructions": """checked_size vertex_values opposite is_side step_x step_y to_string same_shape focal_length_from_35mm focal_length_from_field_of_view copied
+    "a few instructions": """check_available checked_size vertex_values opposite is_side step_x step_y to_string same_shape focal_length_from_35mm focal_length_from_field_of_view copied
         zeroed first_of averaged is_requantization_scale are_addition_ratios make_requantization make_quantized_addition
         find_instruction_set find_kernel is_available best_isa max_chart_side reach_past_frame beside
         eye_distance max_parallax moved_view motion_of within_motion look_at view_through_window view_on_path view_between frame_within framed""",
