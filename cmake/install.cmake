@@ -2,10 +2,9 @@
 # license.
 
 include(CMakePackageConfigHelpers)
-include(GNUInstallDirs)
 set(package_dir "${CMAKE_INSTALL_DATADIR}/cmake/ldi")
 
-install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/ldi" DESTINATION include FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/ldi" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING PATTERN "*.hpp")
 install(FILES "${PROJECT_SOURCE_DIR}/single_include/ldi/ldi.hpp" DESTINATION "${CMAKE_INSTALL_DATADIR}/ldi/single_include/ldi")
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATADIR}/licenses/ldi")
 set(models_dir "${CMAKE_INSTALL_DATADIR}/ldi/models")

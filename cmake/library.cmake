@@ -2,12 +2,13 @@
 
 find_package(Threads REQUIRED)
 
+include(GNUInstallDirs)
 add_library(ldi INTERFACE)
 add_library(ldi::ldi ALIAS ldi)
 target_compile_features(ldi INTERFACE cxx_std_20)
 target_include_directories(ldi INTERFACE
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>"
-    "$<INSTALL_INTERFACE:include>")
+    "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
 target_link_libraries(ldi INTERFACE Threads::Threads)
 
 if(LDI_BUILD_IO)
