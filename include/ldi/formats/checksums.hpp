@@ -1,4 +1,4 @@
-// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
+// Checksums for PNG and zlib: CRC-32 (ISO 3309, RFC 1952) and Adler-32 (RFC 1950).
 #pragma once
 
 #include <ldi/base/config.hpp>

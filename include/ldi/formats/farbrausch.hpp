@@ -22,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  number format of the computation; if empty, int8 for a file with the ranges of values that int8 requires, otherwise
+/// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
 ///       float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
@@ -32,7 +32,7 @@ farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string
 
 namespace detail {
 
-/// Looks up how the network named in the metadata treats missing colors.
+/// Returns how the network treats missing colors. The metadata state the network's name.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");

@@ -61,8 +61,8 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
 /// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // The header consists of "Pf", width, height and scale. White space follows each of them; after the scale, it is a single
-    // character.
+    // The header consists of "Pf", width, height and scale. White space follows each of them. A single white space character
+    // follows the scale.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {

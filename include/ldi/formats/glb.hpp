@@ -1,5 +1,5 @@
 // Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required.
+// features that every viewer supports; KHR_materials_unlit is declared as used, not as required.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -42,12 +42,12 @@ struct glb_options {
     std::optional<pinhole_camera> camera;
     /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far, written together with `motion` as `nearest`
-    /// and `farthest`; unused without `motion`. If `camera` is present, its focal length is written as well, as
-    /// `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far. If `motion` is present, they are written as
+    /// `nearest` and `farthest`; otherwise they are unused. If `motion` and `camera` are present, the camera's focal length is
+    /// written as `focal_length_35mm`.
     depth_range range = {};
-    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
-    /// `motion`. It tells viewers that they need not hide the photo's border behind a smaller frame.
+    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true and `motion` is present, `past_frame` is
+    /// written to the extras. This entry tells viewers that they need not hide the photo's border behind a smaller frame.
     bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
@@ -78,8 +78,9 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
-/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a quarter as large.
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png() and also
+/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from your own encoder are
+/// about a quarter as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -100,7 +101,7 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
     }
 }
 
-/// Focal length of a camera as it is written, in millimeters on 35 mm film.
+/// Returns a camera's focal length as written to the file: in millimeters, for 35 mm film.
 inline float focal_length_in_file(const pinhole_camera& camera) {
     return camera.focal_length / focal_length_from_35mm(1.0F, camera.width, camera.height);
 }
@@ -236,7 +237,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
-    // Linear filters with mip maps; textures do not repeat beyond their edges.
+    // Linear filtering with mipmaps; texture coordinates are clamped to the edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");

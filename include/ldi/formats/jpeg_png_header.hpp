@@ -21,8 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Whether each Huffman table of a segment is complete and has at most 256 codes. For other tables, stb_image 2.27 writes
-/// beyond its buffers.
+/// Whether each Huffman table of a segment is complete and has at most 256 codes. Other tables make stb_image 2.27 write beyond
+/// its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -71,8 +71,8 @@ private:
         raise(error_code::unsupported, where_, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
     }
 
-    /// Returns the first marker at or after `at`, or the end of the file. Cameras leave stray bytes between segments; inside a
-    /// scan, FF 00 is data and FF D0 to FF D7 are restarts.
+    /// Returns the offset of the first marker at or after `at`, or the end of the file. Skips stray bytes between segments, which
+    /// some cameras write. Inside a scan, skips FF 00, which is data, and FF D0 to FF D7, which are restart markers.
     std::size_t find_marker(std::size_t at) const {
         while (at + 1 < bytes_.size()) {
             const void* const next = std::memchr(bytes_.data() + at, 0xFF, bytes_.size() - 1 - at);
@@ -206,8 +206,9 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
-    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. An
-    // interlaced picture has a few bytes more than stb_image expects, so stb_image doubles the buffer of the rows once.
+    // Peak bytes per pixel: first the inflated rows and the decoded picture, then the decoded picture and its 8-bit RGB copy. An
+    // interlaced file inflates to a few bytes more than stb_image expects. stb_image then doubles the buffer of the rows, and
+    // both buffers exist for a moment.
     const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});

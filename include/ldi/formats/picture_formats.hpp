@@ -1,4 +1,4 @@
-// File formats of pictures that ldi reads. Each can be disabled, so that a service reads only the formats it expects and no
+// Picture file formats that ldi reads. Each format can be disabled, so that a service reads only the formats it expects and no
 // other decoder sees untrusted files.
 #pragma once
 

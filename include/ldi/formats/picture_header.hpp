@@ -21,8 +21,8 @@ struct picture_header {
     picture_format format = picture_format::jpeg;
     std::size_t width = 0, height = 0;              ///< stored size in pixels
     std::size_t bits = 8;                           ///< bits per sample, 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< upper bound of the decoder's memory in bytes per pixel
-    double more_memory = 0;                         ///< additional bytes, independent of the number of pixels
+    std::size_t memory_per_pixel = 0;               ///< upper bound on the decoder's memory in bytes per pixel
+    double more_memory = 0;                         ///< additional memory of the decoder in bytes for the whole picture
     std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
     std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
@@ -75,7 +75,7 @@ inline bool is_tiff(std::span<const std::byte> bytes) {
            has_text(bytes, 0, "MM\0+"sv);
 }
 
-/// Whether the file is HEIC or AVIF, by the brands that it declares.
+/// Whether the file's brands declare it as HEIC or AVIF.
 inline bool is_heif(std::span<const std::byte> bytes) {
     if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
     const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
@@ -87,7 +87,7 @@ inline bool is_heif(std::span<const std::byte> bytes) {
 
 }  // namespace detail
 
-/// Describes the format of a file by its first bytes, for error messages: "a GIF file".
+/// Determines the format of a file from its first bytes and describes it for error messages, such as "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
         std::size_t offset;

@@ -1,8 +1,8 @@
-// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and codes their
-// bytes with one Huffman code, without a search for repetitions. Files of photographs are 4 to 15 % larger than with libpng
-// (io/picture.hpp), and those of flat pictures many times larger. Uncompressed (stored) blocks would need less code, but double
-// the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950;
-// deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and encodes their
+// bytes with one Huffman code; does not search for repetitions. Photographs become 4 to 15 % larger than with libpng
+// (io/picture.hpp). Pictures with large uniform areas become many times larger. Uncompressed (stored) blocks would need less
+// code, but would double the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948;
+// zlib: RFC 1950; deflate: RFC 1951.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -25,7 +25,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises mismatch for another number of channels and
+/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for another number of channels and
 /// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
@@ -182,9 +182,9 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block; it defines its Huffman codes
-    // The block states 257 code lengths, and the length of one distance code, which is unused. Each length is written as a
-    // number of 4 bits, because the code for lengths assigns 4 bits to every symbol except 16, 17 and 18, which are unused.
+    writer.put(0b101, 3);  // the last block, with its own Huffman codes
+    // The block states 257 code lengths and the length of one distance code, which is unused. The code for lengths has 4 bits
+    // for each of the lengths 0 to 15, so each length is written as a 4-bit number. The symbols 16, 17 and 18 are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
@@ -199,7 +199,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
     put_big_endian(to.end() - 4, adler32(bytes));
 }
 
-/// Appends a chunk whose content `append_body` appends.
+/// Appends a chunk. Calls append_body() to append the chunk's content.
 template <class AppendBody>
 void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& append_body) {
     const std::size_t begin = file.size();

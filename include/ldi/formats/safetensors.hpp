@@ -35,7 +35,7 @@ namespace detail {
 
 /// Raises mismatch unless the metadata have the value `expected` for `key`.
 ///
-/// what  kind of file for the message, for example "a depth network"
+/// what  kind of file, for the error message; for example "a depth network"
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
@@ -193,8 +193,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Tensors that fill the data without gap or overlap need at most twice the memory of the file: half-precision numbers
-    // become float.
+    // Checks that the tensors fill the data without gap or overlap. They then need at most twice the memory of the file, because
+    // half-precision numbers become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;

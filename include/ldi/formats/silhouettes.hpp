@@ -17,7 +17,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
-/// the metadata describe another kind of network, or constants of the band that differ from depth/step_band.hpp.
+/// the metadata describe another kind of network, or if their band constants differ from those in depth/step_band.hpp.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);

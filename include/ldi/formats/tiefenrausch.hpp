@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Reads an image size from the metadata. Returns `otherwise` if it is absent.
+/// Reads a side length in pixels from the metadata. Returns `otherwise` if the metadata have no entry `key`.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;

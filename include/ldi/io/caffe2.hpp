@@ -1,6 +1,6 @@
 // Reads a quantized network from two Caffe2 files, the format in which the paper's authors published Tiefenrausch: NAME.pb
-// contains the operators, and NAME_init.pb contains the weights. Requires protozero, a header-only reader of protocol buffers,
-// and exceptions.
+// contains the operators, and NAME_init.pb contains the weights. Requires exceptions and protozero, a header-only reader for
+// protocol buffers.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,8 +29,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// network_file, weight_file  names of the files in messages
 ///
 /// Raises an error that names the operator or tensor if a file is damaged or contains something that ldi cannot run. The files
-/// are untrusted: memory stays within a small multiple of their size. The constructor of quantized_network makes the remaining
-/// checks of the description.
+/// are untrusted: memory stays within a small multiple of their size. The constructor of quantized_network checks the rest of
+/// the description.
 inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights,
                                        const std::string& network_file = "network file",
                                        const std::string& weight_file = "weight file");

@@ -1,5 +1,6 @@
-// Reads depth maps from 8- or 16-bit PNG, JPEG, PFM and NPY files. A map contains disparity or meters, and may have unknown
-// pixels. The result is always disparity: larger is nearer, known up to a positive scale and a shift. Unknown pixels are NaN.
+// Reads depth maps from 8- or 16-bit PNG, JPEG, PFM and NPY files. A file stores disparity, or distance in meters, and may have
+// unknown pixels. The result is always disparity: larger is nearer, known up to a positive scale and a shift. Unknown pixels
+// are NaN.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -34,10 +35,10 @@ enum class depth_map_kind {
 
 struct depth_map_options {
     depth_map_kind kind = depth_map_kind::disparity;
-    /// whether the largest values are nearest; false, for example, for depth maps of Google's Lens Blur; ignored for meters
+    /// whether larger values are nearer; false for depth maps from Google's Lens Blur, for example; ignored for meters
     bool white_is_near = true;
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
-    float scale = 1;            ///< positive factor of every stored value; 0.001 for distances in millimeters
+    float scale = 1;            ///< positive factor that multiplies every stored value; 0.001 for distances in millimeters
     picture_limits limits = {.max_pixels = 64'000'000};
     picture_formats formats = {};  ///< formats that may be read
 };
@@ -64,9 +65,9 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 /// ties are broken deterministically. Raises invalid_data if no pixel is valid.
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
-/// Averages the known pixels of square blocks. Uses the smallest blocks with which the map has at most max_pixels pixels.
-/// The stages of the conversion to a 3D photo copy the map, and the program photo3d computes with at most 4096 pixels per side,
-/// so a larger map costs memory without a gain.
+/// Shrinks a depth map: averages the known pixels of square blocks. Uses the smallest blocks that reduce the map to at most
+/// max_pixels pixels. The stages of the 3D photo conversion copy the map, and the program photo3d works with at most 4096 pixels
+/// per side. A larger map would only cost memory.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: the aspect ratios differ by at most 2 %. The sizes may differ. Raises
@@ -98,8 +99,8 @@ image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_head
         for (std::size_t i = 0; i < count; ++i, sample += picture.channels) result.data()[i] = sample[0];
         return result;
     }
-    // The channels of a gray picture saved as color differ only by JPEG's losses; those of a color-mapped depth map differ by
-    // far more. The limit for the mean sum of both differences, 3 % of the full range, was tuned by experiment.
+    // The channels of a gray picture saved as color differ only by JPEG compression errors. The channels of a color-mapped depth
+    // map differ by far more. The limit on the mean sum of both differences, 3 % of the full range, was tuned by experiment.
     double difference = 0;
     for (std::size_t i = 0; i < count; ++i, sample += picture.channels) {
         result.data()[i] = sample[1];
@@ -115,8 +116,8 @@ inline image<float> decode_gray(std::span<const std::byte> bytes, const picture_
                              : decode_gray_as<std::uint8_t>(bytes, header, where);
 }
 
-/// Reads a header and charges the peak memory of the map: the decoder's memory with the samples as floats, or two floats per
-/// pixel while the map is rotated or its holes are filled, whichever is larger.
+/// Reads a header and charges the peak memory of the map, which is the larger of two amounts: the decoder's memory including the
+/// result as floats, or the memory of two floats per pixel while the map is rotated or its holes are filled.
 inline picture_header take_depth_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     picture_header header;
     if (is_pfm(bytes))

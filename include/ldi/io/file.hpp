@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Reads all bytes of a file.
 ///
-/// max_bytes  maximum size of the file; a longer one raises too_large
+/// max_bytes  maximum size of the file; a larger file raises too_large
 ///
 /// Raises file_access if the file cannot be opened or read, or is a folder; unavailable if the same call may succeed later;
 /// too_large.
@@ -42,8 +42,8 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
 /// Returns 0 or an error number.
 int synchronize(const std::filesystem::path& path);
 
-/// Resolves symbolic links. The target need not exist; if its folder does not exist, returns the target as far as it was
-/// resolved.
+/// Resolves symbolic links. The target need not exist. If the target's folder does not exist, returns the path as resolved so
+/// far.
 std::filesystem::path follow_links(std::filesystem::path path);
 
 inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes) {

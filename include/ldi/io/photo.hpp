@@ -1,5 +1,5 @@
-// Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files: upright, always as 8-bit sRGB. Also reads the focal
-// length from EXIF, because the field of view determines the distance in space between two pixels.
+// Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files. The result is always upright and in 8-bit sRGB. Also
+// reads the focal length from EXIF, because the field of view determines the distance in space between two pixels.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -51,16 +51,16 @@ inline namespace LDI_READERS {
 /// Decodes a JPEG, PNG, GIF or BMP file in memory; also HEIC, AVIF, WebP and TIFF if ldi::io was configured with their
 /// libraries.
 ///
-/// Applies the EXIF orientation. If ldi::io has Little CMS, converts colors to sRGB from the file's ICC profile, or from its
-/// color primaries if they are Display P3 or BT.2020. Converts gray, and Adobe CMYK and YCCK without a profile, to RGB, keeps the
-/// upper 8 of 16 bits, and composites transparent pixels on white. Reads the first frame of an animated GIF and the default
-/// picture of an animated PNG, usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the result is the photo as a screen
-/// without HDR shows it.
+/// Applies the EXIF orientation. If ldi::io was configured with Little CMS, converts colors to sRGB from the file's ICC profile,
+/// or from its color primaries if they are Display P3 or BT.2020. Converts gray to RGB. Converts Adobe CMYK and YCCK to RGB, but
+/// ignores their profiles. Keeps the upper 8 of 16 bits. Composites transparent pixels on white. Reads the first frame of an
+/// animated GIF and the default picture of an animated PNG, usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the
+/// result is the photo as a screen without HDR shows it.
 ///
 /// where  name of the data in errors
 ///
-/// Raises unsupported (another format, which the message names, or a disabled one), invalid_data (empty, truncated or damaged),
-/// too_large, out_of_memory.
+/// Raises unsupported (a disabled format, or a format that ldi does not read; the message names it), invalid_data (empty,
+/// truncated or damaged), too_large, out_of_memory.
 photo decode_photo(std::span<const std::byte> bytes, const photo_options& options = {}, const std::string& where = "photo");
 
 /// Returns the size of a photo, and the memory that decode_photo() needs. Raises the errors of decode_photo() that the header
@@ -142,7 +142,7 @@ inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture
 
 namespace detail::inline LDI_READERS {
 
-/// Raises the error for a file that is not a photo, or of a format that this build does not read.
+/// Raises the error for a file that is not a photo, or whose format this build does not read.
 [[noreturn]] inline void refuse_format(std::span<const std::byte> bytes, const std::string& where) {
     const char* expected =
         "a JPEG"

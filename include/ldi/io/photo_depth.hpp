@@ -1,9 +1,9 @@
-// Reads photos together with their depth. Phones store depth in the photo's file. It may also be in a second file beside the
-// photo.
+// Reads photos together with their depth. Phones store depth inside the photo's file. A second file beside the photo may also
+// provide depth.
 //
-// JPEG files contain depth as GDepth, Dynamic Depth or Apple's format (requires pugixml). HEIC and AVIF files contain it as an
+// JPEG files contain depth as GDepth, Dynamic Depth or Apple's format (requires pugixml). HEIC and AVIF files contain depth as an
 // auxiliary picture (requires libheif and pugixml). The right half of a PNG file is depth if it is gray and the left half is
-// colored. A file `photo_depth.png` or of a similar name beside any photo is its depth map, as in Facebook's 3D photos.
+// colored. The depth map of `photo.jpg` may be a file beside it named `photo_depth.png` or similar, as in Facebook's 3D photos.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -57,10 +57,9 @@ struct photo_with_depth {
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 
 /// Inverts a depth map of unknown direction if a network's estimate contradicts it, that is, if their correlation is -0.2 or
-/// less. If the network is not certain, white stays near, as usual. Returns whether it inverted the map; if so, adds ", black is
-/// near" to depth.source.
+/// less. Otherwise, white stays near. Returns whether the map was inverted; if so, appends ", black is near" to depth.source.
 ///
-/// depth     its disparity has no NaN
+/// depth     its disparity must not contain NaN
 /// estimate  h x w x 1, disparity of the same photo, in any size
 inline bool invert_if_contradicted(photo_depth& depth, const image<float>& estimate);
 
@@ -76,10 +75,11 @@ photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_bytes, s
                                        const photo_options& options = {}, const std::string& where = "photo",
                                        const std::string& map_where = "depth map");
 
-/// Composites pixels that are already decoded, for example by a browser, on white, and adds the focal length and the depth inside
-/// their file. Raises invalid_data and unsupported for the header of a JPEG, PNG, GIF or BMP file.
+/// Composites decoded pixels, for example from a browser, on white. Adds the focal length and the depth inside their file. Raises
+/// invalid_data and unsupported if `bytes` is a JPEG, PNG, GIF or BMP file with an invalid or unsupported header.
 ///
 /// pixels  H x W x 4, upright: red, green, blue, opacity
+/// bytes   file from which the pixels were decoded
 photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels, std::span<const std::byte> bytes,
                                    const photo_options& options = {}, const std::string& where = "photo");
 
@@ -88,8 +88,8 @@ photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels, std::s
 decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                             const std::string& where = "photo");
 
-/// Loads a photo and the depth map beside it, such as `photo_depth.png` for `photo.jpg`, as decode_photo_with_map() does; without
-/// a map, as decode_photo_with_depth() does. Also raises file_access.
+/// Loads a photo and the depth map beside it, such as `photo_depth.png` for `photo.jpg`. Works like decode_photo_with_map(), or
+/// like decode_photo_with_depth() if there is no such map. Also raises file_access.
 photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options = {});
 
 }  // inline namespace
@@ -223,8 +223,8 @@ photo_with_depth decode_photo_with(ReadMap&& read_map, std::span<const std::byte
     return result;
 }
 
-/// Returns the memory in bytes for the halves of a picture: the left half as colors, the right half as floats, and a second set
-/// of floats to fill its holes.
+/// Returns the memory in bytes for the halves of a picture: the left half as colors, the right half as floats, and the same
+/// amount as these floats for fill_invalid().
 inline double memory_of_halves(std::size_t height, std::size_t width) {
     return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }

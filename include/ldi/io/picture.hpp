@@ -28,7 +28,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 inline namespace LDI_READERS {
 
 /// Encodes an H x W x 1 or H x W x 3 picture as JPEG. Each side has 1 to 65,500 pixels, and the picture needs less than 2 GB.
-/// Color has half the resolution (4:2:0) at quality 90 and below. Uses libjpeg, or stb_image_write if ldi::io was configured
+/// At quality 90 and below, chroma is subsampled (4:2:0). Uses libjpeg, or stb_image_write if ldi::io was configured
 /// without libjpeg; the file sizes of the two encoders differ by half a percent.
 ///
 /// quality  1 to 100
@@ -104,7 +104,7 @@ inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture
     const image<std::uint8_t> without_gaps(picture);
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {
-        // insert() would cause a false warning of an overflow from g++ 12 in the user's build.
+        // insert() would make g++ 12 print a false overflow warning in the user's build.
         std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
         const std::size_t used = all.size(), added = static_cast<std::size_t>(size);
         all.resize(used + added);

@@ -15,19 +15,19 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct picture_limits {
     /// Maximum number of pixels; a larger picture is rejected before it is decoded.
     std::size_t max_pixels = 200'000'000;
-    /// Budget of a file: memory for decoding in bytes, in addition to max_memory_per_byte. Decoding needs about 6 bytes per
-    /// pixel, and 24 for AVIF with more than 8 bits per sample.
+    /// Maximum memory in bytes for decoding a file; max_memory_per_byte adds to it. Decoding needs about 6 bytes per pixel, and
+    /// 24 for AVIF with more than 8 bits per sample.
     std::size_t max_memory = 600'000'000;
-    /// Additional memory per byte of the file, for large photos: one of 200 megapixels has tens of megabytes.
+    /// Additional memory per byte of the file, for large photos: a file of 200 megapixels has tens of megabytes.
     std::size_t max_memory_per_byte = 40;
-    /// Maximum number of samples that all scans together may process; a billion costs one to four seconds. A progressive JPEG
-    /// file codes each channel in several scans, about ten in total; a HEIC file may place a tile many times.
+    /// Maximum number of samples that all scans together may process; a billion samples take one to four seconds. A progressive
+    /// JPEG file codes each channel in several scans, about ten in total. A HEIC file may use one tile many times.
     std::uint64_t max_scanned_samples = 1'500'000'000;
 };
 
 /// Size of a picture and memory to decode it, read from the headers of its file before anything is decoded.
 struct decoding_estimate {
-    std::size_t height = 0, width = 0;  ///< stored size in pixels: a photo may be rotated by 90 degrees
+    std::size_t height = 0, width = 0;  ///< size in pixels as stored; the upright photo may swap height and width
     std::size_t memory = 0;             ///< upper bound in bytes for decoding, including the result but not the file
 };
 

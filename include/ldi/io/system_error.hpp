@@ -1,4 +1,4 @@
-// Converts errors of the operating system, from errno, to ldi::error.
+// Converts operating system errors (errno values) to ldi::error.
 #pragma once
 
 #include <ldi/base/error.hpp>

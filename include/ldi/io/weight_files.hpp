@@ -1,5 +1,5 @@
-// Loads networks from their weight files: safetensors files, and the two files of the depth network that its authors published
-// (https://github.com/facebookresearch/one_shot_3d_photography, folder model).
+// Loads networks from their weight files: safetensors files, and the two Caffe2 files of the depth network that the paper's
+// authors published (https://github.com/facebookresearch/one_shot_3d_photography, folder model).
 #pragma once
 
 #include <ldi/formats/farbrausch.hpp>

@@ -84,8 +84,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
         for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
-    // Some of the 65,536 sums lie closer to a tie than float can resolve, so the exact constants may fail. Some constants close
-    // to them still agree on all pairs.
+    // Some of the 65,536 sums lie closer to a tie than float can resolve, so the exact constants may fail. Slightly different
+    // constants may still agree on all pairs.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;

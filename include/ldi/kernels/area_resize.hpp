@@ -1,6 +1,6 @@
 // Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. Pixels
-// are averaged horizontally, then vertically, and the mean is rounded half to even. The input of the published depth network was
-// made in this order.
+// are averaged horizontally, then vertically, and the mean is rounded half to even. The published depth network's inputs were
+// computed in this order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -26,7 +26,7 @@ struct area_weights {
         std::size_t weight = 0;  ///< index of the first pixel's weight in `weights`
     };
     buffer<cover> covers;   ///< one per result pixel
-    buffer<float> weights;  ///< sum 1 for each cover
+    buffer<float> weights;  ///< the weights of each cover add up to 1
 };
 
 /// Computes the weights along one axis. Lengths are at least 1 and their product is below 2^63.
@@ -65,7 +65,7 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    // The product is exact in double, so fusing it with a sum does not change the result.
+    // The product is exact in double. The cast rounds it to float before the compiler can fuse it with a sum.
     return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
@@ -111,14 +111,14 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    // Rounds half to even without a call of std::lrint(): floats from 2^23 on have no fractional bits.
+    // Rounds half to even without calling std::lrint(): floats of 2^23 and above have no fractional bits.
     constexpr float ones = 0x1.8p23F;
     for (std::size_t i = 0; i < sums.size(); ++i)
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
-/// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
-/// mixed colors at the borders. Raises invalid_data if the source or the result has no pixel.
+/// Resizes an image by averaging over areas. In an enlarged image, each source pixel becomes a rectangle of constant color, with
+/// mixed colors at its borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {

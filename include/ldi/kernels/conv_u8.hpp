@@ -44,7 +44,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// target             instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
-/// zero_points        one per input of a piece
+/// zero_points        one per input of a piece (see `rows`); the same for all pieces
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// after              activation to apply after the bias
@@ -79,8 +79,8 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). For bytes, adds the result's
-/// zero point, rounds half to even and clamps.
+/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). If results are bytes, also adds
+/// their zero point, rounds half to even, and clamps.
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values

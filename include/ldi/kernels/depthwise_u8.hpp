@@ -61,8 +61,8 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 
 /// Computes one row of the result.
 ///
-/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. The caller
-///         applies stride and repeat vertically by its choice of rows
+/// rows    the window's three input rows from top to bottom, width x channels each; nullptr for a row outside the image. The
+///         function applies stride and repeat only horizontally; the caller applies them vertically by selecting the rows
 /// repeat  1 to 4: repetitions of each pixel
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,

@@ -1,6 +1,6 @@
 // Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions and dense k x k
-// convolutions. A window of the latter consists of k pieces of image rows, which the kernel reads in place. Each instruction
-// set has a file in gemm_u8/; all of them return the same bits.
+// convolutions. A k x k window consists of k pieces of image rows, which the kernel reads in place. Each instruction set has a
+// file in gemm_u8/; all of them return the same bits.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>
@@ -36,9 +36,9 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             instruction set to pack for. Its kernel may be inexact for some layers: VNNI and NEON for weights beyond 8
-///                    signed bits, x86 for a requantization without a float form. The function then packs for a slower set and
-///                    stores it in the result's `target`
+/// target             requested instruction set. If its kernel is not exact for this layer, the function packs for a slower set;
+///                    the result's `target` names the set that was used. VNNI and NEON are not exact for weights beyond 8 signed
+///                    bits, x86 for a requantization without a float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -60,7 +60,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     if (wanted == isa::wasm_simd128 && packed.target == isa::scalar && segments * packed.inputs <= detail::max_unfused_inputs)
-        packed.target = wanted, packed.fast = {};  // WebAssembly's kernel also has the integer requantization
+        packed.target = wanted, packed.fast = {};  // WebAssembly's kernel can also requantize in integers
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;

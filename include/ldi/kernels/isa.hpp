@@ -83,7 +83,7 @@ inline isa best_isa() {
     return best;
 }
 
-/// Finds the row of a family's table for this set, or for the set that replaces it. Every table has a row for scalar.
+/// Returns a family's kernel for the set `wanted`, or for the set that replaces it. Every table has a row for scalar.
 template <class Kernel, std::size_t rows>
 constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
     for (isa set = wanted;; set = find_instruction_set(set).otherwise)

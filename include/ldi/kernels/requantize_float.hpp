@@ -1,7 +1,7 @@
-// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of
-// its cost in vector code. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A
-// float form that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one;
-// constants that differ by a few units in the last place miss none.
+// Requantization in float arithmetic. It returns the same 8-bit values as the integer form of kernels/requantize.hpp, at a third
+// of the cost in vector code. The integer form is monotonic and returns at most 256 values, so at most 255 thresholds define it.
+// A float form that agrees on both sides of each threshold agrees everywhere. With the exact scale and offset, a few thresholds
+// are off by one. Constants that differ from these by a few units in the last place reproduce every threshold.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,7 +27,7 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 }  // namespace detail
 
 /// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
-/// Negating both scale and offset results in the same function of `-acc`.
+/// With scale and offset both negated, the form maps `-acc` to the result that it had for `acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -46,7 +46,7 @@ struct unfused_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // The product of two floats is exact in double, so fusing it with the sum would not change the result.
+        // The product is exact in double. The cast rounds it to float before the compiler can fuse it with the sum.
         const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
@@ -79,7 +79,7 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// Searches for a float form that agrees with the integer form on every accumulator. Its constants are close to the exact scale
+/// Searches for a float form that agrees with the integer form on every accumulator. Tries constants close to the exact scale
 /// and to `offset`.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {

@@ -38,13 +38,13 @@ class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
-    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; similarly `decoder.I.weight` and `decoder.I.bias`, whose inputs are the channels of the coarser level, then
-    ///          those of the encoder. Int8 also requires `input.range`, `encoder.I.range` and, except for the last,
-    ///          `decoder.I.range`: the minimum and maximum of the quantized values, which
-    ///          examples/training/farbrausch/export.py measures
+    /// weights  for each stage I `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
+    ///          in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser level,
+    ///          followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
+    ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
+    ///          before quantization. examples/training/farbrausch/export.py measures them
     /// kind     the number format of the computation
-    /// target   the instruction set to pack weights for; results agree to rounding
+    /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
     /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
     /// weights that are not finite; unsupported for an architecture out of bounds.
@@ -67,7 +67,7 @@ public:
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
-    /// ascending order of i. A surface without any known pixel gets one constant color (black with masked colors).
+    /// ascending order of i. A surface without any known pixel gets one constant color (black for missing_colors::masked).
     ///
     /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
     ///
@@ -128,7 +128,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
             level.average = level.average_coarse = {};
             level.above = {}, level.read = {};
         }
-        // Progress advances by the same step for each layer, although the fine levels cost most of the time.
+        // Progress advances by the same step for each layer, although the fine levels take most of the time.
         float done = 0.2F;
         const float step = (1.0F - done) / detail::nearest_float(2 * this->depth());
         const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };

@@ -2,9 +2,9 @@
 // paper compares it with.
 //
 // Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
-// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result
-// of the coarser level and the input of this level's encoder stage, and computes as many channels as this input has, with a
-// leaky ReLU. The last stage computes red, green, blue.
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution with a leaky ReLU. It reads the
+// upsampled result of the coarser level and the input of this level's encoder stage. It computes as many channels as the input of
+// that encoder stage has. Exception: the last stage computes red, green, blue, and has no activation.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -54,7 +54,7 @@ inline inpainting_architecture partial_convolution_architecture() {
 /// Number format of a network's computation. The results of both formats look the same (bench/README.md).
 enum class arithmetic {
     float32,
-    int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
+    int8,  ///< 8-bit values and 7-bit weights: faster, but the weight file must contain value ranges
 };
 
 /// Returns the format's name in command-line options.

@@ -45,9 +45,9 @@ public:
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
-    /// Returns the results of the last layer, K x 2: the logit of the share of the front surface in the pixel, to which
-    /// depth/network_decider.hpp adds a prior, and the logit of the probability that this share is on the correct side of 0.5.
-    /// The results of unwanted pixels are uninitialized.
+    /// Returns the results of the last layer, K x 2. Channel 0 is the logit of the front surface's share of the pixel;
+    /// depth/network_decider.hpp adds a prior to it. Channel 1 is the logit of the probability that this share is on the correct
+    /// side of 0.5. The results of unwanted pixels are uninitialized.
     ///
     /// region  K pixels
     /// input   K x 8; examples/training/silhouettes/README.md defines the channels

@@ -53,8 +53,9 @@ public:
     /// target  the instruction set to pack weights for; results do not depend on it
     /// sizes   input sizes of disparity()
     ///
-    /// Raises the errors of quantized_network, mismatch unless the network maps a color image to one channel of the same size
-    /// and the sizes are multiples of 32 up to 4096, and unsupported if the scale of the network's output exceeds 0.25.
+    /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
+    /// size, both sizes are multiples of 32, at most 4096, and sizes.details is positive. Raises unsupported if the scale of
+    /// the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -162,7 +163,7 @@ public:
         return result;
     }
 
-    /// Scales color from 0..255 to [0, 1] and quantizes it as the network's input. Returns the shape of `rgb`.
+    /// Scales color from 0..255 to [0, 1] and quantizes it for the network's input. The result has the shape of `rgb`.
     image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
@@ -190,7 +191,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
-    /// Estimated fraction of the time of both passes that the detail pass needs, in proportion to its area.
+    /// Estimated fraction of the total time of both passes that the main pass takes, computed from the areas of their inputs.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));

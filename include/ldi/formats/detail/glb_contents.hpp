@@ -72,12 +72,12 @@ struct own_attribute {
 };
 
 /// Arrays of one part of a mesh, or of its strip of soft edges (soft_edge_strip in mesh/textured_mesh.hpp). put_geometry()
-/// writes them in an order in which each array is aligned to its scalar type without padding.
+/// writes the arrays in an order that aligns each array to its scalar type without padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
     std::span<const std::uint8_t> opacity;  ///< opacity of the vertices of a strip; empty for a part
     std::span<const std::uint32_t> triangles;
-    std::uint32_t first_vertex = 0;  ///< vertex of the mesh that index 0 of the file refers to
+    std::uint32_t first_vertex = 0;  ///< mesh vertex to which index 0 in the file refers
     buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
     std::array<double, 3> lowest{}, highest{};  ///< bounds of the positions

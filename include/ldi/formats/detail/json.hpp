@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax name the byte.
+/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax errors state the byte offset.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -53,7 +53,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// Parses a number without sign, point and exponent. Returns an empty result for any other value.
+/// Parses a whole number without sign, decimal point or exponent. Returns an empty result for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;

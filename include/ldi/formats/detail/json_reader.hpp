@@ -81,7 +81,7 @@ public:
     /// max_depth  maximum nesting of objects and arrays
     json_reader(std::string_view text, int max_depth, std::string where)
         : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
-    /// Walks over a text that a reader has already checked, without further checks.
+    /// Walks over a text that a reader has already checked. Does not check it again.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
     /// Reads a text that consists of one object.
@@ -150,7 +150,7 @@ private:
               at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
     }
 
-    /// Returns the next byte, or 0 at the end: JSON contains no byte 0.
+    /// Returns the next byte, or 0 at the end. Valid JSON contains no byte 0.
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
 
     void skip_space() {

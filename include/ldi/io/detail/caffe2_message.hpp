@@ -88,7 +88,7 @@ private:
     std::string_view where_;
 };
 
-/// Calls `visit(field&)` for every field; the visitor reads or skips it. Malformed data raises ldi::error.
+/// Calls `visit(field&)` for every field; `visit` must read or skip the field. Malformed data raises ldi::error.
 template <class Visit>
 void for_each_field(std::string_view message, std::string_view where, Visit&& visit) {
     try {

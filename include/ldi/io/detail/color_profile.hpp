@@ -1,5 +1,5 @@
-// Converts colors from a photo's profile (ICC, or primaries by number) to sRGB with Little CMS. Phones store Display P3, whose
-// colors look pale if they are interpreted as sRGB.
+// Converts colors from a photo's color space (an ICC profile or the H.273 code of its primaries) to sRGB with Little CMS.
+// Phones store photos in Display P3, whose colors look pale if they are interpreted as sRGB.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -26,15 +26,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { inline n
 /// Maximum memory for reading a profile: its own bytes, and those that Little CMS allocates.
 inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
 
-/// Converts colors to sRGB in place. Does nothing if the profile is neither RGB nor gray, if it cannot be read in
-/// max_profile_memory, or without Little CMS.
+/// Converts colors to sRGB in place. Does nothing if the profile is neither RGB nor gray, if reading it needs more memory than
+/// max_profile_memory, or if ldi::io was configured without Little CMS.
 ///
 /// color    H x W x 3
 /// profile  color space of the samples
 inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& profile);
 
-/// Joins the parts of the profile that a JPEG file stores in its APP2 segments. Returns an empty profile if there is none, a
-/// part is missing, or the profile is too large.
+/// Joins the parts of the profile that a JPEG file stores in its APP2 segments. Returns an empty profile if the file has none,
+/// if a part is missing, or if the profile is too large.
 inline std::vector<std::byte> jpeg_profile(std::span<const std::span<const std::byte>> segments) {
     constexpr std::string_view name("ICC_PROFILE\0", 12);
     std::array<std::span<const std::byte>, 256> parts;
@@ -133,7 +133,7 @@ inline profile_handle open_profile(cmsContext context, const color_profile& prof
     return made;
 }
 
-/// Whether a transform changes any color by more than rounding. Most profiles are sRGB under various names.
+/// Whether a transform changes any color by more than a rounding error. Most profiles are sRGB under various names.
 inline bool changes_colors(void* transform, bool is_gray) {
     for (unsigned i = 0; i < 6 * 6 * 6; ++i) {
         std::uint8_t from[3] = {static_cast<std::uint8_t>(i % 6 * 51), static_cast<std::uint8_t>(i / 6 % 6 * 51),

@@ -49,7 +49,7 @@ public:
 
     /// Charges memory. Raises too_large.
     ///
-    /// what  purpose of the memory for the message, for example "metadata of 12 bytes"
+    /// what  purpose of the memory, for the error message; for example "metadata of 12 bytes"
     void take(double bytes, const std::string& where, const std::string& what) {
         if (!(bytes <= nearest_double(left())))
             raise(error_code::too_large, where,

@@ -1,5 +1,5 @@
-// Reads the headers of GIF and BMP files before stb_image decodes them, and checks that the files are complete, which stb_image
-// does not. Also counts the pixels that the codes of a GIF file produce, because this number determines stb_image's time.
+// Reads the headers of GIF and BMP files before stb_image decodes them. Checks that the files are complete, because stb_image
+// does not. Also counts the pixels that the codes of a GIF file produce, because they determine stb_image's decoding time.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -57,7 +57,7 @@ private:
         return size;
     }
 
-    /// Counts the pixels that the codes of a frame produce. Raises invalid_data unless the frame has this number of pixels.
+    /// Counts the pixels that the codes of a frame produce. Raises invalid_data unless the count matches the frame's size.
     void read_frame() {
         need(9);
         const std::size_t pixels = std::size_t{little_endian_16(bytes_, at_ + 4)} * little_endian_16(bytes_, at_ + 6);

@@ -1,5 +1,6 @@
-// Reads the boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that list its items, their bytes, and the items from which
-// each is derived. libheif 1.15 follows these references without limits; detail/heif_items.hpp first checks that they end.
+// Reads the boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that list its items, the bytes of each item, and the items
+// from which each item is derived. libheif 1.15 follows these references without limits, so detail/heif_items.hpp first rejects
+// cyclic and deeply nested references.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct heif_item {
     std::string_view type;                       ///< "hvc1", "av01", "grid", "Exif", ...
     buffer<std::span<const std::byte>> extents;  ///< pieces of the file that contain the item's bytes
-    buffer<std::size_t> properties;              ///< indices in heif_boxes::properties
+    buffer<std::size_t> properties;              ///< indices into heif_boxes::properties
     buffer<std::uint32_t> sources;               ///< items from which this picture is derived
     buffer<std::uint32_t> auxiliaries;           ///< auxiliary pictures of this picture: alpha, depth and others
     bool has_open_end = false;                   ///< an extent states no length and extends to the end of the file
@@ -32,7 +33,7 @@ struct heif_property {
     std::span<const std::byte> body;
 };
 
-/// Reads consecutive big-endian numbers. Raises invalid_data at the end of the bytes.
+/// Reads consecutive big-endian numbers. Raises invalid_data if too few bytes are left.
 class heif_numbers {
 public:
     heif_numbers(std::span<const std::byte> bytes, const std::string& where) : bytes_(bytes), where_(where) {}
@@ -77,8 +78,8 @@ public:
     }
 
 private:
-    // No camera's file reaches these limits. libheif's time grows with the square of the number of items and with the number of
-    // references.
+    // No file from a camera reaches these limits. libheif's run time grows with the square of the number of items, and with the
+    // number of references.
     static constexpr std::size_t max_boxes = 100'000, max_items = 4096, max_entries = 65'536;
 
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
@@ -96,7 +97,7 @@ private:
 
     /// Calls visit(type, body) for each box.
     ///
-    /// is_whole_file  `all` is the whole file: everything after a damaged box is ignored, as libheif does
+    /// is_whole_file  `all` is the whole file: ignores everything from the first damaged box on, as libheif does
     template <class Visit>
     void for_each_box(std::span<const std::byte> all, Visit&& visit, bool is_whole_file = false) {
         while (all.size() >= 8) {
@@ -161,7 +162,7 @@ private:
         const std::size_t offset_size = sizes >> 12 & 15, length_size = sizes >> 8 & 15, base_size = sizes >> 4 & 15;
         for (const std::size_t size : {offset_size, length_size, base_size})
             if (size != 0 && size != 4 && size != 8) broken("a number of " + std::to_string(size) + " bytes");
-        // Only items inside of other items need indices. libheif 1.15 would read them as offsets in version 1.
+        // Only items stored inside other items need extent indices. In version 1, libheif 1.15 would read an index as an offset.
         if (of > 0 && (sizes & 15) != 0)
             raise(error_code::unsupported, where_, "items that lie in the file", "extents with an index");
         std::size_t extents = 0, located = 0;
@@ -218,8 +219,8 @@ private:
         });
     }
 
-    /// libheif reads references one after another and ignores the sizes of their boxes. Boxes with bytes beyond their reference
-    /// are refused, because libheif would read these bytes as further references.
+    /// Rejects a box with unused bytes after its reference. libheif reads references one after another and ignores the sizes of
+    /// their boxes, so it would read these bytes as further references.
     void read_references(std::span<const std::byte> iref) {
         heif_numbers list(iref, where_);
         const std::size_t id_size = version(list) == 0 ? 2 : 4;

@@ -24,7 +24,7 @@ struct coded_size {
 /// Reads bits, most significant first. Bits beyond the end are 0.
 class bit_reader {
 public:
-    /// is_escaped  whether to skip a byte 3 after two zero bytes (HEVC's emulation prevention)
+    /// is_escaped  whether to skip a byte of value 3 after two zero bytes (HEVC's emulation prevention)
     bit_reader(std::span<const std::byte> bytes, bool is_escaped) : bytes_(bytes), is_escaped_(is_escaped) {}
 
     std::uint64_t next(unsigned count) {
@@ -156,7 +156,7 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     if (is_reduced) {
         bits.next(3);
     } else {
-        // Each frame may state another size in these numbers of bits, so this function returns the largest such size.
+        // Each frame may state its own size with these numbers of bits, so this function returns the largest size that fits.
         size.width = std::uint64_t{1} << width_bits, size.height = std::uint64_t{1} << height_bits;
         if (bits.next(1) != 0) bits.next(7);
         bits.next(7);

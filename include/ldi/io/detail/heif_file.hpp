@@ -32,7 +32,7 @@ using heif_context_handle = std::unique_ptr<heif_context, heif_deleter>;
 using heif_picture_handle = std::unique_ptr<const heif_image_handle, heif_deleter>;
 using heif_pixels = std::unique_ptr<const heif_image, heif_deleter>;
 
-/// Raises an error of libheif.
+/// Raises the ldi::error that corresponds to an error of libheif.
 [[noreturn]] inline void refuse_heif(const heif_error& said, const std::string& where) {
     const bool is_unsupported = said.code == heif_error_Unsupported_feature || said.code == heif_error_Unsupported_filetype;
     const bool is_too_large = said.subcode == heif_suberror_Security_limit_exceeded;
@@ -53,7 +53,7 @@ inline void check_heif(const heif_error& said, const std::string& where) {
     if (said.code != heif_error_Ok) refuse_heif(said, where);
 }
 
-/// An open file in memory. The bytes must outlive it.
+/// An open file in memory. The bytes must outlive this object.
 struct heif_file {
     heif_file(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
         : items(bytes, budget, where), context(heif_context_alloc()) {
@@ -73,7 +73,7 @@ struct heif_file {
     heif_picture_handle primary;
 
 private:
-    /// Sets libheif's own limits, if this version has them.
+    /// Sets libheif's own limits, if this version of libheif has them.
     void limit([[maybe_unused]] const decoding_budget& budget) {
 #if LIBHEIF_NUMERIC_VERSION >= 0x01130000
         heif_security_limits* const limits = heif_context_get_security_limits(context.get());
@@ -101,7 +101,8 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     require_memory(needed, where);
     heif_image* pixels = nullptr;
     const heif_error said = heif_decode_image(handle, &pixels, space, chroma, options.get());
-    // Decoders report exhausted memory as a damaged file. Raises out_of_memory unless twice the memory is available now.
+    // libheif's decoders report a lack of memory as a damaged file. Raises out_of_memory if twice the estimated memory is not
+    // available now.
     if (said.code == heif_error_Decoder_plugin_error) require_memory(2 * needed, where);
     check_heif(said, where);
     return heif_pixels(pixels);

@@ -22,8 +22,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class heif_items {
 public:
-    /// Reads the boxes of the file and charges the bytes of all items. libheif reads each item before decoding, as often as it
-    /// is listed.
+    /// Reads the boxes of the file and charges the bytes of all items. libheif reads the bytes of every item before decoding. If
+    /// several extents contain the same bytes, libheif reads these bytes several times.
     ///
     /// Raises invalid_data, unsupported, too_large.
     heif_items(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
@@ -115,7 +115,8 @@ private:
         return c;
     }
 
-    /// Reads the stated size, which may be too small, and the number of passes that rotate, mirror or crop the picture.
+    /// Reads the stated size, which may be too small. Counts the passes over the picture: one for decoding, and one for each
+    /// rotation, mirroring or crop.
     void read_properties(const heif_item& item, cost& c) const {
         double passes = 1;
         for (const std::size_t index : item.properties) {

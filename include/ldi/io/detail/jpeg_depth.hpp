@@ -1,4 +1,4 @@
-// Reads depth from JPEG files, in the three formats of phones:
+// Reads depth from JPEG files, in the three formats that phones write:
 //
 //     GDepth          https://developers.google.com/depthmap-metadata: base64 in the XMP
 //     Dynamic Depth   version 1.0: files appended to the photo, listed in the XMP (namespaces photos/dd/1.0 and photos/1.0)
@@ -184,8 +184,8 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
     std::size_t count = 0;
     for (const std::span<const std::byte> picture : list_pictures(bytes, *segment)) {
         const std::string here = where + ", picture " + std::to_string(++count);
-        // Charges each listed picture, because the search for its end reads all of it, and the segment of a hostile file may list
-        // the same picture many times.
+        // Charges each listed picture, because the search for its end reads the whole picture. A hostile file may list the same
+        // picture many times.
         budget.take(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
         xmp_properties xmp;
         add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);

@@ -28,7 +28,7 @@ inline upright_order make_upright(unsigned orientation, std::size_t stored_heigh
     }
 }
 
-/// Rotates and mirrors a stored picture to upright.
+/// Rotates and mirrors a stored picture so that it is upright.
 ///
 /// stored  H x W x 1
 template <class Scalar>

@@ -30,7 +30,7 @@ struct decoded_picture {
 
 /// Decodes a picture. Raises invalid_data, too_large (beyond 2 GB), out_of_memory.
 ///
-/// header  a decoding_budget must have granted its memory
+/// header  header of the file; a decoding_budget must have granted the picture's memory
 /// Sample  std::uint8_t, or std::uint16_t for all 16 bits of a PNG file (8-bit values become v * 257)
 template <class Sample>
 decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {

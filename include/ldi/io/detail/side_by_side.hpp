@@ -1,5 +1,5 @@
-// Recognizes PNG files that contain a color photo on the left and its depth map on the right, gray with white near. Programs
-// for 3D displays write such files.
+// Recognizes PNG files with a color photo in the left half and its depth map in the right half. The depth map is gray, and white
+// is near. Programs for 3D displays write such files.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -13,8 +13,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the left half is a color photo and the right half its depth map. The left half then has more than 1 % colored pixels.
-/// The right half has no colored pixel and at least 16 shades, and is not a gray copy of the left half.
+/// Whether the left half is a color photo and the right half its depth map. The left half must have more than 1 % colored
+/// pixels. The right half must have no colored pixel and at least 16 shades of gray, and must not be a gray copy of the left
+/// half.
 inline bool is_side_by_side(const image<std::uint8_t>& color) {
     constexpr double min_share_of_colored = 0.01, max_correlation = 0.95;
     const std::size_t half = color.width() / 2;

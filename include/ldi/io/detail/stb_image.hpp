@@ -66,14 +66,14 @@
 #define STBI_ONLY_BMP
 #define STBI_NO_STDIO
 #define STBI_NO_LINEAR
-// Zeroed memory, so that undecoded parts of a damaged file are always the same, and never another file's data.
+// Allocates zeroed memory. The undecoded parts of a damaged file are then deterministic and never contain another file's data.
 #define STBI_MALLOC(size) calloc(1, size)
 #define STBI_REALLOC(pointer, size) grow(pointer, size)
 #define STBI_FREE(pointer) free(pointer)
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace stb {
 
-// The decoder inflates all data of a PNG file, even beyond the size in its header. It calls grow() for the memory.
+// stb_image inflates all data of a PNG file, even beyond the size in the file's header. It enlarges its buffers with grow().
 inline thread_local size_t largest_growth = SIZE_MAX;
 inline thread_local bool is_growth_exceeded = false;
 
@@ -82,7 +82,7 @@ inline void* grow(void* pointer, size_t size) {
     return size > largest_growth ? nullptr : realloc(pointer, size);
 }
 
-/// While an object exists, the decoder cannot enlarge a buffer of this thread beyond `bytes`.
+/// While an object of this class exists, the decoder cannot enlarge a buffer of this thread beyond `bytes`.
 class growth_limit {
 public:
     explicit growth_limit(size_t bytes) { largest_growth = bytes, is_growth_exceeded = false; }

@@ -14,14 +14,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Maximum size of an ICC profile in bytes; longer profiles are ignored. Profiles of cameras and screens have some kilobytes,
-/// those of scanners half a megabyte.
+/// Maximum size of an ICC profile in bytes; longer profiles are ignored. Profiles of cameras and screens have a few kilobytes.
+/// Profiles of scanners have about half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 
 /// Color space of samples. It is sRGB if `icc` is empty and `primaries` is 0.
 struct color_profile {
     std::vector<std::byte> icc;
-    unsigned primaries = 0;  ///< ColourPrimaries of ITU-T H.273 (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if unknown
+    unsigned primaries = 0;  ///< H.273 ColourPrimaries (9 BT.2020, 12 Display P3), with sRGB's transfer curve; 0 if unknown
 };
 
 struct stored_photo {
@@ -43,10 +43,10 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     return picture;
 }
 
-/// Raises out_of_memory unless `bytes` bytes can be allocated now. Use it before calls of libraries that report a lack of memory
-/// as damage, or that wait forever for threads that failed to start.
+/// Raises out_of_memory unless `bytes` bytes can be allocated now. Call it before library functions that report a lack of memory
+/// as a damaged file, or that wait forever for threads that failed to start.
 inline void require_memory(std::size_t bytes, const std::string& where) {
-    void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove it
+    void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove the allocation
     if (probe == nullptr)
         raise(error_code::out_of_memory, where, std::to_string(bytes / 1'000'000) + " MB of memory for decoding", "less");
     std::free(probe);

@@ -1,5 +1,5 @@
-// Reads TIFF files with libtiff: the first picture of a file, of any kind that libtiff converts to 8-bit RGB. Rejects camera raw
-// files, which are TIFF files that begin with a thumbnail.
+// Reads the first picture of a TIFF file with libtiff. Accepts every kind of picture that libtiff converts to 8-bit RGB. Rejects
+// camera raw files, which are TIFF files that begin with a thumbnail.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -72,8 +72,8 @@ inline tiff_handle open_tiff(tiff_memory& memory, std::size_t max_block) {
                                          tiff_memory::close, tiff_memory::size, nullptr, nullptr, options.get()));
 }
 
-/// Composites libtiff's pixels on white and packs them as RGB, in place. libtiff stores red, green, blue and alpha from the
-/// lowest byte up, and colors premultiplied by alpha.
+/// Composites libtiff's pixels on white and packs them as RGB, in place. A pixel of libtiff contains red, green, blue and alpha,
+/// starting at the lowest byte. Its colors are premultiplied by alpha.
 inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     for (std::size_t i = 0; i < pixels; ++i) {
         std::uint32_t packed;
@@ -94,7 +94,7 @@ struct opened_tiff {
     /// Raises unsupported, invalid_data, too_large.
     opened_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) : memory{bytes, 0, {}} {
         budget.check_format(picture_format::tiff, where);
-        // libtiff loads every entry's values, even if entries share them, so a small file could exhaust memory.
+        // libtiff loads the values of every entry, even if several entries share them, so a small file could exhaust memory.
         double listed = 0;
         tiff_directory(bytes).for_each([&](const tiff_directory::entry& e) {
             if (!e.is_inside) listed += (std::min)(e.bytes, nearest_double(bytes.size()));
@@ -129,9 +129,9 @@ private:
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
         header.memory_per_pixel = 8;  // packed RGBA, then RGB
-        // Memory for the compressed bytes, at most the whole file; for the samples of a strip or tile (twice, because some
-        // codecs keep two copies; four times as much if each channel is a separate plane); and for the packed samples of a
-        // tile.
+        // more_memory covers the compressed bytes (at most the whole file), the samples of a strip or tile, and the packed
+        // samples of a tile. The samples of a strip or tile count twice, because some codecs keep two copies. If each channel is
+        // a separate plane, they count eight times.
         std::uint32_t tile_width = 0, tile_height = 0;
         const bool is_tiled = TIFFIsTiled(file.get()) != 0;
         if (is_tiled) {

@@ -38,7 +38,7 @@ inline picture_header read_webp_header(std::span<const std::byte> bytes, const s
     picture_header header;
     header.format = picture_format::webp;
     header.width = static_cast<std::size_t>(features.width), header.height = static_cast<std::size_t>(features.height);
-    header.memory_per_pixel = 11;  // stored samples (4, and 4 more for lossless files), then decoded samples (3)
+    header.memory_per_pixel = 11;  // decoded samples (4), libwebp's copy in lossless files (4), RGB photo (3)
     header.has_alpha = features.has_alpha != 0;
     return header;
 }

@@ -1,5 +1,5 @@
-// Reads XMP packets (ISO 16684-1) as a flat list of properties with pugixml. A property is an attribute or an element with any
-// prefix; both become namespace, name and text.
+// Reads XMP packets (ISO 16684-1) with pugixml as a flat list of properties. A property is an attribute, or an element without
+// child elements, whose name has a namespace prefix. The list contains its namespace, name and text.
 #pragma once
 
 #include <ldi/io/detail/decoding_budget.hpp>
@@ -27,7 +27,7 @@ struct xmp_property {
     std::size_t owner;  ///< index of the structure that contains the property
 };
 
-/// Returns the decimal number that a text starts with; empty if there is none, or if it is not finite.
+/// Returns the decimal number at the start of a text; empty if there is no number, or if the number is not finite.
 inline std::optional<double> leading_number(std::string_view text) {
     double value = 0;
 #if defined(__cpp_lib_to_chars)
@@ -60,7 +60,7 @@ public:
 
     const std::vector<xmp_property>& all() const { return list_; }
 
-    /// Returns the text of the first property with this namespace and name; only of the structure `owner`, if given.
+    /// Returns the text of the first property with this namespace and name. If `owner` is given, searches only that structure.
     std::optional<std::string_view> text(std::string_view space, std::string_view name,
                                          std::optional<std::size_t> owner = {}) const {
         for (const xmp_property& p : list_)
@@ -76,8 +76,8 @@ public:
     }
 
 private:
-    /// Charges the memory for parsing. pugixml allocates at most 64 bytes per element, text and attribute. Each "<" accounts
-    /// for at most an element and a text, each "=" for an attribute.
+    /// Charges the memory for parsing. pugixml allocates at most 64 bytes per element, text and attribute. Each "<" starts at
+    /// most one element and one text, and each "=" belongs to at most one attribute.
     static void take(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
         const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
         const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);

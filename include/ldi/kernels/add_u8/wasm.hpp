@@ -32,8 +32,8 @@ struct float_adder {
     }
 
 private:
-    /// Converts to float. Hides the values' origin, because clang converts values that it knows to be positive as unsigned,
-    /// which costs eight x86 instructions instead of one.
+    /// Converts to float. Hides from clang that no value is negative: clang would use the conversion of unsigned integers, which
+    /// costs eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
@@ -51,7 +51,7 @@ private:
 struct integer_adder {
     static constexpr std::size_t width = 16;
     v128_t bias, a_multiplier, b_multiplier, zero_point;
-    std::uint32_t shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
+    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
@@ -73,7 +73,8 @@ private:
         const v128_t high = four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b));
         return wasm_i16x8_add_sat(wasm_i16x8_narrow_i32x4(low, high), zero_point);
     }
-    /// Rounds halves away from zero: a shift that adds half rounds them up, so negative values lose 1 first.
+    /// A shift that adds half rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away
+    /// from zero.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
         const v128_t sums = wasm_i32x4_add(products, bias);

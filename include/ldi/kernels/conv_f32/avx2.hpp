@@ -1,8 +1,8 @@
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
 // The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles: at least 8 independent sums hide the
-// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one
-// vector use nearly all of these.
+// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle. A tile of 12 pixels
+// with one vector needs 13 loads for 12 multiply-adds, so the loads limit its speed.
 #pragma once
 
 #include <ldi/kernels/conv_f32/contract.hpp>
@@ -54,7 +54,7 @@ struct conv_f32_tiles {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        // prefetch distance per input, as in detail/conv_avx512.hpp
+        // number of values to prefetch per input, as in detail/conv_avx512.hpp
         const std::size_t fetch = sizeof...(p) * stride / input.inputs;
         for (std::size_t r = 0; r < input.row_count; ++r) {
             const float* x = input.rows[r] + first_pixel * stride;

@@ -1,5 +1,5 @@
-// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiply-add,
-// so portable code converts the sums to results, with equal bits.
+// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiply-add.
+// The scalar code therefore converts the sums to results, so that the bits are the same.
 #pragma once
 
 #include <ldi/kernels/conv_u8/contract.hpp>

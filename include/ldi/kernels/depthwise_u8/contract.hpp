@@ -21,10 +21,10 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;  ///< weights minus their zero point, for scalar and WebAssembly
-    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated where gemm_u8_weights negates them.
+    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_weights::narrow.
     buffer<std::int8_t> narrow;
-    buffer<std::uint32_t> order;  ///< for AVX2: number of terms into which avx2_packing.hpp splits each unit of channels
-    buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
+    buffer<std::uint32_t> order;  ///< for AVX2: number of terms of each unit of channels (avx2_packing.hpp)
+    buffer<std::int32_t> bias;    ///< zero points folded in; in the order of the kernel's sums
     requantization output;        ///< as in gemm_u8_weights
     float_requantization fast;    ///< as in gemm_u8_weights
 };

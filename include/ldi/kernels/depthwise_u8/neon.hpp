@@ -3,7 +3,7 @@
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0). Each of
 // the three columns of a window then costs one sdot for 4 channels. Each column is interleaved only once, in registers, and
 // immediately added to all windows that contain it. 16 channels of a pixel (144 products) cost 12 sdot, and 11 instructions to
-// load and interleave the new column; widening multiplications (smlal) would cost 36 and 6.
+// load and interleave the new column. Widening multiplications would cost 36 smlal, and 6 instructions for the new column.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>

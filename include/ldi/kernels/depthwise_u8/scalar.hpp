@@ -9,7 +9,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
+/// Number of channels computed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
 inline constexpr std::size_t depthwise_block = 16;
 
 /// Packs the weights tap by tap: for each element of the window, the weights of all channels.

@@ -1,6 +1,6 @@
 // Splits a row for depthwise kernels that keep partial sums of windows in registers. The channels are split into units that
-// fill the vectors. For a unit with too few channels, the row is also split into stretches, equally long runs of adjacent pixels,
-// and one vector contains these channels of one pixel from each stretch.
+// fill the vectors. If a unit has too few channels to fill them, the row is also split into stretches: equally long runs of
+// adjacent pixels. A vector then contains the unit's channels of one pixel from each stretch.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>
@@ -26,8 +26,9 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
-/// The channels of a unit in the order of four vectors of sums that fill `count` lanes. Vector i contains channels 4 i to 4 i + 3
-/// of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors restores the channels' order.
+/// Order of a unit's channels in four vectors of sums, which have `count` lanes in total. Vector i contains channels 4 i to
+/// 4 i + 3 of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors restores the channels'
+/// order.
 template <std::size_t count>
 struct depthwise_order {
     std::size_t channels[count];
@@ -76,7 +77,7 @@ struct depthwise_call {
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< mask of offsets per row: all ones for a row of the image, 0 for padding
+    std::size_t moves[3];  ///< per row, the mask to apply to offsets: all ones for a row of the image, 0 for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -88,8 +89,8 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// Splits `all` pixels, of the stored rows or of the result, into stretches. The last stretch may overlap the one before
-    /// it.
+    /// Splits `all` pixels into stretches. The caller splits either the stored rows or the result. The last stretches may overlap
+    /// those before them.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;

@@ -2,8 +2,11 @@
 //
 // The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
 // rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
-// 5 multiplications for 4 channels. generic/walk.hpp pairs the rows of each column separately, which would cost 6, and keeps two
-// windows of 16 channels and a column in registers: 12 of the 15 that V8 allocates, without weights and constants.
+// 5 multiplications for 4 channels.
+//
+// The loop of generic/walk.hpp would be slower here. It interleaves each column separately, which would cost 6 multiplications.
+// It also keeps two windows and a column of 16 channels in registers: 12 of the 15 that V8 allocates, even without weights and
+// constants.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>
@@ -26,7 +29,7 @@ inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
     return (weights.channels + depthwise_block - 1) / depthwise_block;
 }
 
-/// First channel of a block. The last block overlaps the one before it, so that it is full.
+/// First channel of a block. The last block may overlap the one before it, so that every block is full.
 inline std::size_t block_start(std::size_t channels, std::size_t block) {
     if (channels < depthwise_block) return 0;
     return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
@@ -68,7 +71,7 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// Completes the last slot. There is no next column to interleave; its weight would be 0, so any value does.
+    /// Completes the last slot. No column follows, and the weight in its place is 0, so the slot may contain any value there.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
@@ -88,7 +91,7 @@ struct depthwise_rows {
     std::uint8_t padding;
 };
 
-/// Fills slots with the enlarged columns from `first` - 1 on. At most one column on each side may lie outside the image.
+/// Fills `count` slots with enlarged columns, starting at `first` - 1. At most one column on each side is outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {

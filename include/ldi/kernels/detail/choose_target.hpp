@@ -18,7 +18,7 @@ struct signed_range {
 };
 
 inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
-    std::uint8_t min = 255, max = 0;  // std::minmax_element() does not use vector instructions
+    std::uint8_t min = 255, max = 0;  // compilers do not vectorize std::minmax_element()
     for (const std::uint8_t w : weights) min = (std::min)(min, w), max = (std::max)(max, w);
     return {min - int{zero_point}, max - int{zero_point}};
 }
@@ -42,9 +42,10 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
 }
 
 /// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of its float
-/// requantization to `fast`, except for scalar and NEON, which requantize in integers. x86 and NEON multiply by signed bytes.
-/// Weights in -127..128 (zero point 127) fit after negation; the requantization then reads negated sums. AVX2 also accepts wider
-/// weights.
+/// requantization to `fast`, except for scalar and NEON, which requantize in integers.
+///
+/// x86 and NEON multiply by signed bytes. Weights in -127..128 (for example with a zero point of 127) fit after negation; the
+/// kernel then requantizes negated sums. AVX2 also accepts larger weights, because its packing splits them.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;

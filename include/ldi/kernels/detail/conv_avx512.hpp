@@ -2,12 +2,12 @@
 //
 // A tile consists of some pixels and one panel of outputs (detail/panel_cut.hpp); its sums stay in registers. For each input (or
 // group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
-// the panel has a single vector, the multiplication itself broadcasts. A full tile has 24 independent vectors of sums. 4 (Zen 4)
-// or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
+// the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
+// (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, the
-// median of 9 runs of conv_f32 (conv_u8) is 31 % (15 %) higher for 3 x 3 convolutions from 16 to 16 channels, 33 % (18 %) for
-// 3 x 3 from 24 to 3, and 41 % (6 %) for 1 x 1 from 5 to 8. From 32 channels to 32, both are within 5 %.
+// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, they
+// increase the median time of 9 runs of conv_f32 (conv_u8) by 31 % (15 %) for 3 x 3 convolutions from 16 to 16 channels, by 33 %
+// (18 %) for 3 x 3 from 24 to 3, and by 41 % (6 %) for 1 x 1 from 5 to 8. From 32 to 32 channels, times are within 5 %.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -46,8 +46,8 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
-/// Sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all types
-/// of results.
+/// Sums of a tile, padded to whole vectors per pixel. The function that computes the sums stores them here (in the first-level
+/// cache), so that it need not be compiled for each type of result.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
@@ -128,7 +128,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
 
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
 
-/// The primitives of the walk.
+/// The primitives that generic/conv_walk.hpp requires.
 template <class Kernel>
 struct conv_tiles {
     static constexpr std::size_t group = Kernel::group, width = conv_half, max_vectors = conv_max_halves, rest_pixels = 8;

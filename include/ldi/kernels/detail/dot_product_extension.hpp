@@ -18,8 +18,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the processor has the extension. On systems without a query, returns whether the compiler's flags assume the
-/// extension.
+/// Whether the processor has the extension. On systems that programs cannot query, returns whether the compiler's flags enable
+/// the extension.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;

@@ -39,7 +39,7 @@ template <int lane>
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
-/// Subtracts 128 from activations, because sdot multiplies signed bytes. Biases compensate.
+/// Subtracts 128 from activations, because sdot multiplies signed bytes. The packed biases or offsets compensate for this.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
     return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
 }

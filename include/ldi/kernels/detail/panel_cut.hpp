@@ -10,7 +10,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, all further panels have one less
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one fewer
 
     panel_cut(std::size_t outputs, std::size_t lanes, std::size_t max_vectors) {
         const std::size_t all = (outputs + lanes - 1) / lanes;
@@ -21,7 +21,7 @@ struct panel_cut {
     std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
 };
 
-/// Number of groups into which `count` inputs are divided, rounded up.
+/// Returns the number of groups of size `group` for `count` inputs or outputs, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Order of a kernel's weights.
@@ -37,8 +37,8 @@ struct weight_shape {
     std::size_t outputs, pieces, inputs;
 };
 
-/// Appends weights panel by panel, piece by piece, group by group. Within a panel, the outputs are adjacent, each with the
-/// weights of one group of inputs. Pads the last group and the last panel with zeros.
+/// Appends weights panel by panel, piece by piece, group by group. For each group of inputs, appends its weights for the panel's
+/// outputs, one output after another. Pads the last group of each piece and the last panel with zeros.
 ///
 /// weight_at  returns the weight at an index of the unpacked weights
 template <class Stored, class WeightAt>

@@ -1,8 +1,8 @@
 // Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
 // LDI_BEGIN_TARGET("features") and LDI_END_TARGET are compiled for the named processor features in every translation unit. Code
-// between the two macros must not contain lambdas or standard templates over vector types, and must not call functions outside
-// that use intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index
-// is a constant.
+// between the two macros must not contain lambdas or standard templates over vector types. If it calls a function that uses
+// intrinsics, that function must also be between the macros. Write loops over registers as fold expressions: g++ 12 keeps an
+// array in registers only if every index is a constant.
 #pragma once
 
 #include <ldi/base/config.hpp>

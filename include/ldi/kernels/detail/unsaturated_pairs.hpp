@@ -1,7 +1,7 @@
 // Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in
-// 16 bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
-// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network exceed these
-// limits; the excess is multiplied in a separate sum.
+// 16 bits. The sum can saturate: 255 * 127 * 2 does not fit. It is exact for all inputs if its positive weights add up to at
+// most 128, and its negative weights to at least -128. Few weights of a trained network exceed these limits; the excess is
+// multiplied in a separate sum.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -15,7 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 struct sum_room {
     int max = 128, min = -128;
 
-    /// Removes the largest part that fits from `rest`, and returns it.
+    /// Subtracts the largest part of `rest` that fits, and returns this part.
     std::int8_t take(int& rest) {
         const int part = std::clamp(rest, (std::max)(min, -128), (std::min)(max, 127));
         max -= (std::max)(part, 0);

@@ -1,8 +1,8 @@
 // Packs weights for gemm_u8/avx2.hpp.
 //
-// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that the products of
-// two groups of four inputs fit in one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
-// that can share a sum, and weights that must be split in two.
+// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that two groups of
+// four inputs can share their 16-bit sums, which are then widened together. For each panel of up to 16 outputs, the code below
+// finds groups that can share sums. It splits weights that are too large into several terms.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,8 +29,8 @@ struct gemm_term {
     std::uint32_t first_input = 0;
     int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    /// Two loads per 16-bit sum: the absolute sums of its positive and of its negative weights, halved and rounded up. Shape:
-    /// outputs x 2 sums x 2 loads.
+    /// Two loads per 16-bit sum: the total of its positive weights and the absolute total of its negative weights, both halved
+    /// and rounded up. Shape: outputs x 2 sums x 2 loads.
     std::uint8_t load[max_weights] = {};
 
     /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
@@ -47,7 +47,7 @@ struct gemm_term {
 
 /// Splits the weights of one group into terms.
 ///
-/// rest  outputs x 4
+/// rest  weights that are not yet part of a term, outputs x 4; all 0 on return
 inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
@@ -72,7 +72,7 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// Terms in the order of the kernel: first pairs of terms that share their 16-bit sums, then single terms.
+/// Terms in the order in which the kernel reads them: first pairs of terms that share their 16-bit sums, then single terms.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;

@@ -41,7 +41,7 @@ using gemm_vector = __m512i;
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, computes only the first 8 sums, because a 512-bit vector occupies Zen 4's units for two cycles.
+/// Multiply-adds one vector. `half` computes only its first 8 sums: Zen 4 needs two cycles for a 512-bit instruction.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -104,7 +104,7 @@ struct gemm_kernel_of {
     template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const __m512i* sums,
                                              const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
-        // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
+        // If the layer has one panel and fills it, adjacent pixels' results are contiguous, and four vectors fill one store.
         constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)

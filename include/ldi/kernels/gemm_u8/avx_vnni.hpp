@@ -2,7 +2,7 @@
 // 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
 // An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
-// latency. Tiles have 12 sums, which with two vectors of weights and one of inputs leaves one of the 16 registers free.
+// latency. Tiles have 12 sums. Together with two vectors of weights and one of inputs, they occupy 15 of the 16 registers.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>

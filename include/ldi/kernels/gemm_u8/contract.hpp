@@ -23,8 +23,8 @@ struct gemm_u8_weights {
     std::size_t segments = 1, inputs = 0, outputs = 0;
     /// Weights minus their zero point, for scalar, WebAssembly, and AVX2 with a single output.
     buffer<std::int16_t> wide;
-    /// Weights minus their zero point, for AVX2, VNNI and NEON. All weights of the layer are negated if they fit in signed bytes
-    /// only then (choose_target()).
+    /// Weights minus their zero point, for AVX2, VNNI and NEON. If the layer's weights fit in signed bytes only when negated, all
+    /// of them are stored negated (choose_target()).
     buffer<std::int8_t> narrow;
     /// For AVX2, which splits the weights of four inputs into terms (avx2_packing.hpp). For each segment of each panel: the
     /// number of pairs of terms, the number of single terms, and the first input of each term.

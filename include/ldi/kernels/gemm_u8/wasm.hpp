@@ -1,4 +1,4 @@
-// kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
+// kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16-bit values in each of 4 lanes, exactly.
 //
 // The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
 // the panel's vectors share. V8 has 15 registers to allocate, and moves all loads to the front of the loop. A tile therefore has
@@ -54,7 +54,7 @@ struct widened_pixels {
                 widen(from, (count - 1) * pixel_stride + weights.inputs, to);
             else
                 for (std::size_t p = 0; p < count; ++p) widen(from + p * input_stride, weights.inputs, to + p * pixel_stride);
-            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one extra value
+            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // for an odd number of inputs, the kernel reads one extra value
         }
     }
 };

@@ -64,7 +64,7 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
     return result;
 }
 
-/// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
+/// Replaces structures of `details` that are coarser than 16 pixels with the mean of both maps.
 ///
 /// details  H x W x 1, H and W multiples of 16
 /// layout   h x w x 1, any size, in the unit of `details`

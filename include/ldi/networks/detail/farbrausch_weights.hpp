@@ -18,7 +18,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts a float of the network's input to the value that its first convolution reads.
+/// Converts a float of the network's input to the type that the network's first convolution reads.
 template <class Value>
 struct farbrausch_input;
 

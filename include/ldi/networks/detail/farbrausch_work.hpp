@@ -25,9 +25,9 @@ struct farbrausch_level {
 
     buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
+    convolution_plan encode;             ///< encoder's convolution; its outputs are the pixels read on the next level
     convolution_plan decode;             ///< decoder's convolution; its outputs are this level's decoded pixels
-    buffer<std::int32_t> decoded_above;  ///< per pixel read: its parent's row among the next level's decoded pixels, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< per read pixel: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
 /// Plans all levels, from the finest to the coarsest.

@@ -23,8 +23,8 @@ inline const buffer<float>& finite_values(const named_tensors& file, const std::
     return found;
 }
 
-/// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the quantized
-/// values.
+/// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the values before
+/// quantization.
 inline quantization quantization_of(const named_tensors& file, const std::string& of) {
     const std::string name = of + ".range";
     const buffer<float>& ends = finite_values(file, name, {2});

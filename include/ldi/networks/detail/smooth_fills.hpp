@@ -23,11 +23,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// The network's input, and the fill that the network corrects.
 template <class Value>
 struct smooth_fills {
-    buffer<Value> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
+    buffer<Value> input;  ///< per pixel of `read` of level 0: color - tone (red, green, blue), then 1 for a known color, else 0
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
 };
 
-/// Numbers the unknown pixels from 0, in a quarter of the memory of an index per pixel.
+/// Numbers the unknown pixels from 0, with a quarter of the memory that one index per pixel would require.
 class unknown_numbers {
 public:
     explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
@@ -104,7 +104,7 @@ private:
         return result;
     }
 
-    /// Replaces each unknown color by the average of its window, `passes` times.
+    /// Replaces each unknown color with the average of its window, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)

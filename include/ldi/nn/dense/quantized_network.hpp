@@ -28,8 +28,7 @@ public:
 
     /// Checks the description and packs its weights.
     ///
-    /// target  the instruction set to pack weights for; must be available, else raises invalid_option. Results do not depend on
-    /// it
+    /// target  the instruction set to pack weights for; raises invalid_option if it is unavailable; does not affect results
     ///
     /// Raises an error that names the tensor if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
@@ -69,7 +68,7 @@ public:
         std::string_view name;  ///< name of the last layer's result
         tensor_size size;       ///< size of the last layer's result
         std::size_t layers = 0;
-        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< number of multiplications
     };
 
     /// Lists the steps in the order in which run() calls `progress`.

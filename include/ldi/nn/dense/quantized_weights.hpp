@@ -1,5 +1,5 @@
-// Builds the description of an 8-bit network from the tensors of a weight file that also stores the operators, as
-// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
+// Builds the description of an 8-bit network from the tensors of a weight file that also stores the operators.
+// examples/training/tiefenrausch_small writes such files, and formats/safetensors.hpp reads them.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,7 +27,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     i.bias                               int32  outputs
 ///
 /// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
-/// result of the network. "operator_names" in the metadata contains names of the operators for messages, separated by spaces.
+/// result of the network. The metadata entry "operator_names" may list the operators' names for messages, separated by spaces.
 ///
 /// Raises mismatch or invalid_data, with the name of the tensor, if the file has a different layout. The constructor of
 /// quantized_network checks the rest of the description.

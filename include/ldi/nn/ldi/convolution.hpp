@@ -27,8 +27,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Transposes outputs x inputs x k x k to outputs x k x k x inputs. Raises invalid_option for another kernel size than 1, 3, ...,
-/// max_kernel_size, and mismatch if there are no outputs, or weights for a part of the inputs only.
+/// Transposes outputs x inputs x k x k to outputs x k x k x inputs. Raises invalid_option unless the kernel size is 1, 3, ..., or
+/// max_kernel_size. Raises mismatch unless the number of weights is a positive multiple of outputs * k * k.
 inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::int32_t kernel_size) {
     check_kernel_size(kernel_size);
     const std::size_t elements = static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size);
@@ -52,7 +52,8 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 ///          number of channels of all sources, concatenated in order
 /// bias     outputs, 1 or more
 ///
-/// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
+/// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of weights is
+/// a positive multiple of outputs * kernel_size * kernel_size.
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), kernel_size), bias,
@@ -65,10 +66,12 @@ struct quantized_source {
     quantization values;
 };
 
-/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63. Raises
-/// the same errors as pack_convolution().
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
+/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch if the sources
+/// have another number of channels in total, and unsupported if a scale or a bias is not finite in units of result.scale.
 ///
-/// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
+/// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
+///          basic_feature_view::zero of the source
 /// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -94,7 +97,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
         const float step = largest / detail::nearest_float(max_conv_u8_weight);
-        const bool is_zero = step < (std::numeric_limits<float>::min)();  // quotients of subnormal floats may exceed the maximum
+        const bool is_zero = step < (std::numeric_limits<float>::min)();  // if step is subnormal, row[i] / step may exceed 63
         scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
         if (!std::isfinite(scales[o]) || !std::isfinite(result_bias[o]))
             raise(error_code::unsupported, "convolution, output " + std::to_string(o),

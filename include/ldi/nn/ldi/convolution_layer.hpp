@@ -25,7 +25,7 @@ struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
     bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; if false, they count as zero
-    isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
+    isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
 
 class convolution_layer {
@@ -35,7 +35,8 @@ public:
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs, 1 or more
     ///
-    /// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
+    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of
+    /// weights is a positive multiple of outputs * kernel_size * kernel_size.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
@@ -43,7 +44,7 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
-    /// Raises mismatch for a plan of another kernel size, and for maps with other pixels or channels.
+    /// Raises mismatch for a plan of another kernel size, and for maps with a wrong number of pixels or channels.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be

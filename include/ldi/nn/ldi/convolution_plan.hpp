@@ -31,13 +31,13 @@ struct plan_segment {
     std::int32_t first, count;
 };
 
-/// The parts of a plan, writable. Functions that plan or renumber fill them.
+/// Writable contents of a plan. Planning and renumbering functions fill them.
 struct plan_parts {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;     ///< pixels of the graph
-    std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
+    std::size_t output_count = 0;    ///< pixels of the graph or, with stride 2, of the coarse graph
     buffer<plan_segment> segments;   ///< in ascending order of outputs
-    buffer<std::int32_t> rows;       ///< segments x kernel_size
+    buffer<std::int32_t> rows;       ///< segments x kernel_size: center pixels of window rows, as in rows_of()
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
@@ -51,8 +51,8 @@ plan_parts parts_of(convolution_plan plan);
 }  // namespace detail
 
 /// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
-/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans do not
-/// change, so the pixels and outputs that they name always exist.
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans are
+/// immutable, so their pixel and output indices stay valid.
 class convolution_plan {
 public:
     /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
@@ -76,7 +76,7 @@ public:
     /// The segments, in ascending order of outputs.
     array_view<const segment> segments() const& { return parts_.segments; }
     array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The center pixels of the kernel_size window rows of a segment's first output.
+    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
     std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
     std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
     /// The irregular outputs, ascending.
@@ -191,8 +191,8 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// kernel_size  odd, 1 to max_kernel_size
 /// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels or
-/// another lattice, or with other pixels in the runs that become segments.
+/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels,
+/// another lattice size, or other kept pixels in a run that becomes a segment.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));

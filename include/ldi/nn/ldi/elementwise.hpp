@@ -48,20 +48,20 @@ void check_same_shape(const char* where, const basic_feature_view<Value>& a, con
 
 /// Returns the byte to which quantize() converts a value.
 ///
-/// max_size  bits of the float 256 * scale, to which larger magnitudes are clamped
+/// max_size  bits of the float 256 * scale; larger magnitudes are clamped to this float
 inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size, std::int32_t zero_point) {
     const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
     const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
     const std::uint32_t size = (std::min)(known, max_size);
-    // Rounds halves away from zero. The sum with 0.5 never rounds up to the next integer: a quotient of two floats that is not
-    // exactly n + 0.5 differs from it by more than the rounding error of a double.
+    // Rounds halves away from zero. Adding 0.5 never rounds up to the next integer: for every integer n, the quotient of two
+    // floats either equals n + 0.5 or differs from it by more than the rounding error of a double.
     const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
     const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
     return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));
 }
 
-/// Returns tanh(x) within 2 units in the last place. The polynomials are those of Cephes (Stephen Moshier): tanh near 0, and
-/// exp(2 |x|) beyond.
+/// Returns tanh(x) within 2 units in the last place. The polynomials are from Cephes (Stephen Moshier). They approximate tanh
+/// near 0, and exp(2 |x|) elsewhere.
 inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
     using namespace lanes;
     const four_floats zero{}, limit = zero + 9.5F, size = larger(x, -x);
@@ -72,7 +72,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
         near_zero = near_zero * square + coefficient;
     near_zero = near_zero * square * magnitude + magnitude;
 
-    constexpr float round = 12582912.0F;  // 1.5 * 2^23: the last bits of the sum are the nearest integer
+    constexpr float round = 12582912.0F;  // 1.5 * 2^23: adding it puts the nearest integer into the lowest bits
     const four_floats shifted = twice * 1.44269504089F + round, power = shifted - round;
     const four_floats r = (twice - power * 0.693359375F) + power * 2.12194440e-4F;
     four_floats exponential = 1.9875691500e-4F * r + 1.3981999507e-3F;
@@ -93,7 +93,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  as many pixels and channels as `a`, else raises mismatch; may be upsampled. Its missing pixels count as zero
+/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled; missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);
@@ -161,8 +161,8 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 
 }  // namespace detail
 
-/// Concatenates the channels of the maps. With a single upsampled map, stores it at full size. Convolutions can read several
-/// maps directly, which is faster.
+/// Concatenates the channels of the maps. Called with a single upsampled map, returns a full-size copy of it. Convolutions can
+/// read several maps directly, which is faster.
 ///
 /// maps  at least one, all with the same number of pixels, else raises mismatch; maps of bytes must share one quantization
 template <executor Executor = const serial_executor>
@@ -183,7 +183,7 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+/// Applies relu to a map of bytes: values below the zero point become the zero point. Bytes support no other activation.
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
                                          Executor&& threads = {}) {
@@ -192,7 +192,8 @@ basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[ma
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
-/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+/// Converts a map to bytes. Rounds each value to the nearest multiple of `to.scale`, and clamps to the range of bytes. NaN
+/// becomes the zero point.
 inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
     basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
     const double scale = double{to.scale};

@@ -25,9 +25,9 @@ template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
-    std::span<const std::uint8_t> mask;  ///< per row: 0 for a missing value, which reads as zeros; otherwise 1; empty: all 1
-    Value zero = {};                     ///< value that represents zero: the zero point of bytes
+    std::span<const std::int32_t> rows;  ///< row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i
+    std::span<const std::uint8_t> mask;  ///< per row: 0 if its values are missing and read as zeros, else 1; empty: all 1
+    Value zero = {};                     ///< value that represents zero; for bytes, the zero point
 
     /// Number of pixels of the graph.
     std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
@@ -40,7 +40,7 @@ struct basic_feature_view {
         return no_pixel;
     }
 
-    /// The adjacent channels of a row.
+    /// Pointer to the channels of a row, which are contiguous.
     const Value* values_of(std::int32_t row) const { return values.data() + static_cast<std::size_t>(row) * channels; }
 };
 
@@ -51,7 +51,7 @@ template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
     buffer<Value> values;
-    Value zero = {};  ///< value that represents zero: the zero point of bytes
+    Value zero = {};  ///< value that represents zero; for bytes, the zero point
 
     basic_feature_map() = default;
     /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
@@ -114,7 +114,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level
 
 namespace detail {
 
-/// Copies a row in a loop, because rows are short and a call of memmove() costs more than the copy.
+/// Copies a row in a loop, because rows are short and a call to memmove() costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;

@@ -16,11 +16,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Copies a column to a feature map of K pixels and the column's channels.
+/// Copies a column to a feature map with the pixels of `layers` and the channels of the column.
 ///
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
 ///
-/// scale  factor of every value
+/// scale  factor that multiplies every value
 template <payload_column Column, has_column<Column> Layers>
 feature_map from_column(const Layers& layers, float scale = 1.0F) {
     const array_view<const typename Column::scalar> column = layered_view<Column>(layers).template column<Column>();
@@ -42,11 +42,11 @@ basic_feature_map<Value> from_column(const Layers& layers) {
     return map;
 }
 
-/// Writes a feature map to a column. Values for integer scalars are rounded to nearest and clamped to the range of the scalar;
-/// NaN becomes 0.
+/// Writes a feature map to a column. If the column stores integers, rounds values to the nearest integer and clamps them to the
+/// range of the integer type; NaN becomes 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
-/// scale  factor of every value before rounding
+/// scale  factor that multiplies every value before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
@@ -63,8 +63,8 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
         }
     std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
         if constexpr (std::integral<scalar>) {
-            // A double holds the product of two floats exactly, with 5 bits to spare, so that the sum with 0.5 does not round up
-            // to the next integer.
+            // A double holds the product of two floats exactly, with 5 bits to spare. Adding 0.5 therefore never rounds up to the
+            // next integer.
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
@@ -72,7 +72,7 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
                 return rounded >= 1.0;
             else if constexpr (sizeof(scalar) < sizeof(double))
                 return static_cast<scalar>(std::clamp(rounded, double{lowest}, double{highest}));
-            else if (rounded >= static_cast<double>(highest))  // 2^63 - 1 is 2^63 as a double
+            else if (rounded >= static_cast<double>(highest))  // conversion to double rounds 2^63 - 1 to 2^63
                 return highest;
             else
                 return rounded <= static_cast<double>(lowest) ? lowest : static_cast<scalar>(rounded);

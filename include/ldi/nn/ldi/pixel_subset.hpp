@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a subset, and the reverse lookup. Subsets do not change, so their indices always exist.
+/// Pixels of a subset, and the index of each pixel in the subset. Subsets are immutable, so their indices stay valid.
 class pixel_subset {
 public:
     /// Collects the pixels with nonzero marks.
@@ -25,7 +25,7 @@ public:
         pixel_subset subset;
         const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
         subset.row_of_.resize(marks.size(), unset);
-        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
+        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one spare entry, so that the loop writes without a branch
         std::int32_t pixel = 0, row = 0;
         for (const std::uint8_t mark : marks) {
             subset.row_of_[pixel] = mark != 0 ? row : no_pixel;
@@ -69,10 +69,11 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
-///         these must be included
+/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
+///         the inputs of a segment, which the plan does not read
 ///
-/// Raises mismatch if the subset is of another graph or lacks a pixel.
+/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks a pixel of an irregular window or of
+/// the center column of a segment's first window. Does not check the other pixels of segments.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
     detail::check_graph_of(inputs, parts.input_count);
@@ -83,12 +84,13 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
     return detail::plan_of(std::move(parts));
 }
 
-/// Renumbers a plan for tensors that store only the rows of subsets.
+/// Renumbers a plan's inputs and outputs for tensors that store only the rows of a subset each.
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 ///
-/// Raises mismatch as renumber_inputs() does.
+/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels, or lacks an
+/// irregular output or the first output of a segment.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
     detail::check_graph_of(outputs, parts.output_count);

@@ -21,7 +21,8 @@ struct column_range {
     std::int32_t first, last;
 };
 
-/// Finds the columns of row y whose windows lie in the region. Each range lies inside one run of every row of the window.
+/// Finds the columns of row y whose windows lie completely in the region. Returns them as ranges. In each window row, a single
+/// run of the region covers all windows of a range.
 inline void find_regular_columns(const pixel_region& region, std::int32_t y, std::int32_t radius, buffer<column_range>& result,
                                  buffer<column_range>& next) {
     result.assign(1, {0, region.width()});
@@ -70,7 +71,7 @@ public:
     }
 
 private:
-    /// Returns the column of the first output whose window has its center at or after an input column.
+    /// Returns the column of the first output whose window is centered at or after input column `column`.
     std::int32_t output_from(std::int32_t column) const { return (column + plan_.stride - 1) / plan_.stride; }
 
     std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {
@@ -111,7 +112,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
-/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
+/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which must be halved(region).
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///

@@ -24,7 +24,7 @@ constexpr std::string_view scalar_name() {
 }
 }  // namespace detail
 
-/// Returns the name of a tensor in messages.
+/// Returns the text that identifies a tensor in error messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
     return detail::place_in(from.where, "tensor " + detail::printable(name));
 }

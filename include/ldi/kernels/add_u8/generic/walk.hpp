@@ -1,4 +1,4 @@
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
 //
 //     width              bytes per step

@@ -1,14 +1,14 @@
-// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
+// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
 //     sums_type                                       `width` sums of 32 bits
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,

@@ -2,16 +2,19 @@
 // these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
-//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     depthwise_lanes             type that existing_lanes() returns: the existing channels in each group of 16
 //     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
 //     four_vectors                four vectors of sums, or of a column's interleaved bytes
 //     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
-//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     load_stretches<channels>(position, row, offset, lanes)   loads one vector of one row
 //     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
 //
-// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
-// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
-// requantizer_of(weights) of type requantizer_type.
+// The class Sums holds the weights of a unit and has these members:
+//
+//     start()                         returns the bias
+//     add<place>(sum, column)         adds a column's products; `place` is window_left, window_middle or window_right
+//     requantizer_of(weights)         returns a requantizer of type requantizer_type
+//     requantized(requantizer, sum)   returns the packed results
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
@@ -19,7 +22,7 @@ inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 
     return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
 }
 
-/// Three rows at one place of each stretch.
+/// Addresses of three rows, at one pixel per stretch.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<depthwise_max_channels / channels> position;
@@ -119,7 +122,7 @@ struct depthwise_run {
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;

@@ -1,9 +1,9 @@
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.

@@ -3,7 +3,7 @@
 //
 //     float_lanes, int_lanes         vector types
 //     LDI_LANES(operation)           name of the intrinsic function for these vectors
-//     load, store, load_bytes        of whole vectors; load_bytes() extends bytes to 32 bits
+//     load, store, load_bytes        load and store whole vectors; load_bytes() extends each byte to 32 bits
 //     add_sign(offset, sign, value)  (value & sign) ^ offset
 
 inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
@@ -17,15 +17,15 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 [[gnu::always_inline]] inline float_lanes fused(float_lanes a, float_lanes b, float_lanes c) {
     return LDI_LANES(fmadd_ps)(a, b, c);
 }
-/// Saturates to 16 bits: in each 128-bit lane 4 values of a, then 4 of b.
+/// Saturates 32-bit values to 16 bits. Each 128-bit lane of the result contains 4 values of a, then 4 of b.
 [[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
-/// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
+/// Saturates 16-bit values to bytes. Each 128-bit lane of the result contains 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
 
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),

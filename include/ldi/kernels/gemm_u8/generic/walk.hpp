@@ -33,7 +33,7 @@ template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const gemm_panel panel = given;  // a local copy, so that stored results cannot alias it
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};

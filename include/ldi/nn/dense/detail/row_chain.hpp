@@ -1,7 +1,7 @@
-// Runs consecutive layers as one chain. Each task computes a strip, some consecutive rows of the last layer's result, a few rows
-// per step. Ring buffers between the layers keep only the rows that the next layer still needs, and stay in the processor's
-// caches. The tensors inside the network's inverted residual blocks, with 6 to 15 times as many channels as the tensors between
-// the blocks, therefore never reach memory.
+// Runs consecutive layers as one chain. Each task computes one strip (consecutive rows of the last layer's result), a few rows
+// per step. Ring buffers between the layers keep only the rows that the next layer still needs, so they stay in the processor's
+// caches. The tensors inside the network's inverted residual blocks therefore never reach memory; they have 6 to 15 times as many
+// channels as the tensors between the blocks.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -66,14 +66,14 @@ struct chain_stage {
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
-    /// Dense convolutions read rows with padding on both sides.
+    /// Bytes of input rows copied with padding on both sides, which all dense convolutions except pointwise ones read.
     std::size_t padded_bytes() const {
         const auto* d = std::get_if<dense_layer>(&layer->kind);
         return d == nullptr || d->is_pointwise() ? 0 : d->kernel * padded_row_bytes();
     }
     std::size_t ring_bytes() const { return ring_rows == 0 ? 0 : ring_rows * output_row_bytes() + slack; }
 
-    static constexpr std::size_t slack = 64;  ///< readable bytes after the last value, which kernels require
+    static constexpr std::size_t slack = 64;  ///< kernels require this many readable bytes after the last value
 };
 
 /// minimum pixels per step: enough to reuse packed weights while they are in the cache
@@ -101,7 +101,7 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 /// Addresses of a tensor's rows. The rows of `middle` are read from the tensor itself. The rows before and after them are read
 /// from copies, because other strips may overwrite the originals.
 struct row_source {
-    /// addresses of row 0 of the tensor, and of the copies of rows middle.first - reach and middle.end - reach
+    /// addresses of row 0 of the tensor, of the copy of row middle.first - reach, and of the copy of row middle.end - reach
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
     std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
@@ -111,7 +111,7 @@ struct row_source {
         if (y >= middle.end) return behind + (y + reach - middle.end) * row_bytes;
         return rows + y * row_bytes;
     }
-    /// Number of contiguous rows from y on.
+    /// Number of contiguous rows that start with row y.
     std::size_t run(std::size_t y) const {
         return (y < middle.first ? middle.first : y < middle.end ? middle.end : ~std::size_t{0}) - y;
     }
@@ -150,7 +150,8 @@ private:
         std::size_t next_padded = 0;  // rows of the input before this one are copied to `padded`
     };
 
-    /// Computes the missing rows of a stage before row `end`, and first the rows of earlier stages that they depend on.
+    /// Computes all rows of a stage before row `end` that are not computed yet. First computes the rows of earlier stages that
+    /// they depend on.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -166,7 +167,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Number of contiguous rows of a stage's result from y on.
+    /// Number of contiguous rows of a stage's result that start with row y.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
@@ -204,10 +205,10 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // index in the image with its margin
+            const std::size_t row = y * layer.stride + k;  // row index in the padded image
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
-            } else {  // padding: the window contains fewer rows of the image than there are slots, so one is free
+            } else {  // padding: the window has fewer image rows than `padded` has slots, so one slot is free
                 std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
                 std::memset(free, layer.padding, row_bytes);
                 segments[k] = free;
@@ -222,7 +223,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // index in the image with its margin of 1
+                const std::size_t row = y * layer.weights.stride + k;  // row index in the image padded by 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));

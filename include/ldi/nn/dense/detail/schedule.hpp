@@ -20,7 +20,7 @@ struct schedule_step {
     std::size_t output() const { return layers.back() + 1; }
 };
 
-/// Number of readers of each tensor. The network's result counts one extra reader.
+/// Number of readers of each tensor. The network's result has one extra reader.
 inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
     buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
@@ -34,8 +34,8 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// Whether to recompute a layer for each of its readers. Recomputing costs less than storing and loading for a dense convolution
-/// with few inputs whose readers are all 1 x 1 convolutions.
+/// Whether to recompute a layer for each of its readers. For a dense convolution with few inputs whose readers are all 1 x 1
+/// convolutions, recomputing costs less than storing and loading the result.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
@@ -113,7 +113,7 @@ struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result replaces the input in memory
-    std::size_t reach = 0;  ///< input rows above and below on which a row of the result depends; 0 unless overwrites_input
+    std::size_t reach = 0;          ///< number of input rows on each side that a result row depends on; 0 unless overwrites_input
 };
 
 struct schedule_plan {
@@ -152,7 +152,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`. The chain's last layer is an addition, and the last reader of `tensor`.
+/// Lets the result of a chain overwrite `tensor`. The chain ends with an addition, which is the last reader of `tensor`.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -165,8 +165,8 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites an input row soon after its first layer has read it. Apart from this layer, only the addition at the
-    // end may read the row, just before it is overwritten.
+    // The chain overwrites an input row soon after the first layer has read the row. Besides the first layer, only the addition
+    // at the end may read the row. The addition reads each row just before overwriting it.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);

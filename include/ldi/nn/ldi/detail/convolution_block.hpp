@@ -101,7 +101,7 @@ private:
 
     static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values per buffer, roughly; outputs per batch
 
-    /// Rounds up to a multiple of the kernels' tiles.
+    /// Rounds up to a multiple of the kernels' tile size, at least one tile.
     static std::size_t whole_tiles(std::size_t outputs) {
         constexpr std::size_t tile = 24;
         return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
@@ -118,8 +118,8 @@ private:
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
-    /// Whether the kernel can read these pixels in place. This requires a single source, without an index map and with all of
-    /// the pixels unmasked.
+    /// Whether the kernel can read pixels rows[r] + first to rows[r] + first + pixels - 1 in place, for every window row r. This
+    /// requires a single source, without an index map and with all of these pixels unmasked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -139,7 +139,7 @@ private:
 
     /// Computes outputs `output` to `output + count - 1`, which belong to one segment.
     ///
-    /// rows  pixels under the first column of the first output's window, top to bottom
+    /// rows  leftmost pixel of each row of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
         row_starts starts{};
@@ -195,8 +195,8 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Stores the result's mask of a partial convolution, and sets results to zero, without bias, if the whole window is
-    /// masked.
+    /// Finishes an output of a partial convolution: stores its mask. If the whole window is masked, sets the output to zero,
+    /// without bias.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -204,12 +204,12 @@ private:
     }
 
     const Job& job_;
-    // maximum number of outputs per kernel call: irregular outputs, and outputs of a segment that must be copied
+    // maximum number of outputs per kernel call: for irregular outputs, and for segments whose windows are copied
     std::size_t batch_ = 0, stretch_ = 0;
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
-    buffer<std::size_t> counts_;  // unmasked channels per column of a segment
+    buffer<std::size_t> counts_;  // number of unmasked channels in each column of pixels of a segment
 };
 
 template <class Weights, class Result, executor Executor>
@@ -233,7 +233,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     if (!result_mask.empty()) expect("values in the result's mask", plan.output_count(), result_mask.size());
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
-    // Each block computes its gathered outputs right after its segments, while the inputs are still in the cache.
+    // Each block computes its irregular outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count() + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);

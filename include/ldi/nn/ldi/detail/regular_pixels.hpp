@@ -105,8 +105,8 @@ struct link_strips {
 /// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
 /// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
 /// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
-/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs, whatever
-/// other links exist.
+/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs,
+/// regardless of other links.
 ///
 /// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
 /// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
@@ -124,7 +124,7 @@ struct link_strips {
 /// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
 /// same holds below the center. This is the claimed order.
 ///
-/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
+/// Links outside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
 /// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
 /// windows.
 class regular_pixels {
@@ -148,8 +148,8 @@ public:
     std::int32_t kernel_size() const { return 2 * radius_ + 1; }
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
-    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
-    /// of the run's first pixel, kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose spines are adjacent in memory. `rows` is the spine
+    /// of the run's first pixel: kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -183,9 +183,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Clears the bits in `regular_` of pixels whose half spine toward one side, up or down, is incomplete or has an incomplete
-    /// rib. Clears the bits in `continues_` of pixels whose half spine is not adjacent in memory to the next
-    /// pixel's.
+    /// Follows the half of each spine that extends to one side, up or down. Clears a pixel's bit in `regular_` if this half is
+    /// incomplete or has an incomplete rib. Clears its bit in `continues_` if this half is not adjacent in memory to the
+    /// corresponding half of the next pixel's spine.
     ///
     /// strips  links toward that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
@@ -211,7 +211,7 @@ private:
     graph_view g_;
     pixel_bits regular_;
     pixel_bits
-        continues_;  // per pixel: whether each pixel of its spine is followed in memory by that of the right neighbor's spine
+        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
 };
 
 }}}  // namespace ldi::detail
