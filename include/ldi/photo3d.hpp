@@ -1,8 +1,8 @@
-// Converts a photo to a 3D photo: calls all stages of the paper in its order. Stages beyond the paper sharpen depth edges
-// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add texture to hidden
+// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Stages beyond the paper sharpen depth edges
+// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside silhouettes, add texture to hidden
 // surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
-// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run some stages
-// only, or to insert your own.
+// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run only some
+// stages, or to insert your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -37,13 +37,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// A 3D photo, and the results of all stages. `Own` are the caller's columns.
 template <payload_column... Own>
 struct basic_photo3d {
-    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
+    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image without its margin
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
     /// Number of pixel sides in silhouettes that were dropped because of curve_options::max_density or max_sides. The mesh
-    /// connects the front and the back surface across these sides. 0 for photographs.
+    /// connects the front and the back surface across these sides. Usually 0 for photographs.
     std::size_t dropped_sides = 0;
     /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
@@ -57,7 +57,8 @@ using photo3d = basic_photo3d<>;
 /// Colors the hidden surfaces, then restores the colors of the rims.
 ///
 /// rims       lifted_photo::rims of these layers
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
+/// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
+///            options.grain.strength to 0
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
 void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
@@ -67,13 +68,14 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
-/// Makes a 3D photo of a photo whose depth is clean: the stages after clean_depth().
+/// Makes a 3D photo from a photo with cleaned depth: runs the stages after clean_depth().
 ///
 /// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
+/// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
+///            options.grain.strength to 0
 ///
-/// Raises the same errors as the overload for a photo, estimator and decider, except theirs.
+/// Raises the same errors as the overload that accepts an estimator and a decider, except the errors of these two.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -116,12 +118,12 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 ///                 aligned_silhouettes
 /// own             columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the
 ///                 vertices
-/// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
-///                 texture
+/// inpainter       its result receives texture and grain; if it makes its own texture, set options.texture.strength and
+///                 options.grain.strength to 0
 ///
 /// Raises
-/// - invalid_data for a photo without a pixel or with other channels, and for disparity that is not finite or that is inverse
-///   depth below 0
+/// - invalid_data for a photo without pixels or with a number of channels other than 3, for disparity that is not finite, and
+///   for inverse depth below 0
 /// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
 /// - invalid_option for an option outside its range
 /// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps

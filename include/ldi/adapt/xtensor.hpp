@@ -43,10 +43,10 @@ std::array<std::size_t, 3> image_shape(const Expression& values) {
 
 /// Views a tensor's own memory without a copy. Gaps between rows are allowed, gaps within a row are not.
 ///
-/// values  H x W or H x W x C, a container or a strided view of one (xt::view(photo, xt::range(8, 72)), a NumPy array), which
-///         must outlive the view
+/// values  H x W or H x W x C; a container, a strided view of a container (xt::view(photo, xt::range(8, 72))), or a NumPy array;
+///         must outlive the returned view
 ///
-/// Raises mismatch for other dimensions and for gaps within a row; make_image() copies such tensors.
+/// Raises mismatch unless there are two or three dimensions, and for gaps within a row; make_image() copies a tensor with gaps.
 template <class Tensor>
 auto view_of(Tensor& values) {
     using scalar = std::remove_pointer_t<decltype(values.data())>;

@@ -41,7 +41,7 @@ concept element_iterator = requires(T i) {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // strings short enough to need no allocation
 #endif
 }
 
@@ -91,12 +91,14 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes. Its first successful allocation selects its allocator: the one that is then current
+/// A growable array, aligned to 64 bytes. It adopts the allocator that is current at its first successful allocation
 /// (base/memory.hpp). Differences from std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
-/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
-/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a value's copy
-/// constructor throws while the buffer grows or is assigned to, the buffer keeps its values, except in assign(). A buffer that
-/// grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
+/// types uninitialized, and a moved-from buffer is empty.
+///
+/// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
+/// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
+/// value's copy constructor throws while the buffer grows or is assigned to. A buffer that grows copies values whose move
+/// constructor may throw. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -168,7 +170,7 @@ public:
     T& back() & { return (*this)[size() - 1]; }
     const T& back() const& { return (*this)[size() - 1]; }
 
-    // A temporary destroys its values, so it returns a single value by value, and no pointers.
+    // A temporary buffer returns copies of single values, but no references or pointers, which would dangle.
     template <std::integral Index>
     T operator[](Index i) const&& {
         return (*this)[i];
@@ -194,7 +196,7 @@ public:
         }
     }
     void resize(std::size_t count, const T& value) {
-        const T copy = value;  // `value` may be an element that moves
+        const T copy = value;  // `value` may be an element of this buffer, which moves
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
@@ -224,7 +226,7 @@ public:
         } else {
             ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
         }
-        return data()[block_.size++];  // only now, so that a value whose constructor throws is not destroyed
+        return data()[block_.size++];  // counts the value last, so that it is not destroyed if its constructor throws
     }
     void pop_back() {
         LDI_ASSERT(!empty());

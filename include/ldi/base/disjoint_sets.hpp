@@ -1,6 +1,6 @@
-// Disjoint sets of the integers from 0, merged in logarithmic amortized time: union-find with path halving (Tarjan and van
-// Leeuwen, "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not
-// depend on the order of merging.
+// Disjoint sets of the integers 0 to size() - 1, merged in amortized logarithmic time: union-find with path halving (Tarjan and
+// van Leeuwen, "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do
+// not depend on the order of merging.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -17,14 +17,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Kinds of errors.
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
-    invalid_data,    ///< a file or buffer breaks its format
+    invalid_data,    ///< a file or buffer violates its format
     unsupported,     ///< well formed, but of a kind that ldi does not read
     mismatch,        ///< inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
-    /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, exhausted memory throws std::bad_alloc, and raises
-    /// this code only without exceptions
+    /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, ldi throws std::bad_alloc instead, and raises this
+    /// code only if exceptions are off
     out_of_memory,
     /// a temporary failure of the operating system (a full disk, too many open files): the same call may succeed later
     unavailable,
@@ -86,8 +86,8 @@ private:
     std::runtime_error where_, expected_, found_;
 };
 
-/// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
-/// which skips destructors. If it returns, or no handler is installed, the program prints the message and terminates.
+/// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or leaves by
+/// longjmp(), which skips destructors. If it returns, or no handler is installed, the program prints the message and terminates.
 using error_handler = void (*)(const error_details&);
 
 namespace detail {
@@ -103,7 +103,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }
 
 /// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
-/// string views: strings constructed by its many callers would dominate their compile time.
+/// string views, because constructing strings in the many callers would dominate compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS

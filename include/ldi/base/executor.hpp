@@ -37,8 +37,8 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. The work of a grain should take longer than the few microseconds that it costs to pass a piece to a
-/// thread. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
+/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
+/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
 /// pieces that have not started, and rethrows the first exception after all calls have ended.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
@@ -82,7 +82,7 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
 }
 
 /// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: asserts that a body
-/// does not use the same pool, which would wait for itself.
+/// does not call run() of the same pool, which would deadlock.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all

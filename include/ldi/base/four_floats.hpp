@@ -2,8 +2,8 @@
 // uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags. With
 // other compilers, or LDI_STANDARD_ONLY, a struct with the same operations and the same results replaces it.
 //
-// Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
-// -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
+// Functions that accept or return the vector are noexcept, here and elsewhere. If a function may throw, Emscripten's -fexceptions
+// calls it through JavaScript, which rejects vectors with a TypeError.
 #pragma once
 
 #include <ldi/base/config.hpp>

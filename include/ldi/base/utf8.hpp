@@ -9,7 +9,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
-/// in its shortest form, for example because it is empty. Surrogates are no characters.
+/// in its shortest form, for example because it is empty. Surrogates are not characters.
 inline std::size_t utf8_length(std::string_view text) {
     if (text.empty()) return 0;
     const auto byte = [&](std::size_t i) {

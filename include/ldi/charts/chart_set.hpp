@@ -1,4 +1,4 @@
-// Charts: flat pieces of a layered image, into which charts/charts.hpp divides it, and their positions in an atlas.
+// Charts: the flat pieces into which charts/charts.hpp divides a layered image, and their positions in an atlas.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Maximum width and height of a chart's bounding box, in pixels: the maximum side of the default atlas
+/// Maximum width and height of a chart's bounding box, in pixels: the default maximum side of an atlas
 /// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
 inline constexpr std::int32_t max_chart_box = 8192;
 

@@ -34,14 +34,14 @@ struct pinhole_camera {
     }
 };
 
-/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. Equivalence compares the photo's diagonal to
-/// that of a frame of 36 mm x 24 mm.
+/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
+/// diagonal of a frame of 36 mm x 24 mm.
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
-/// Converts the field of view over the photo's longer side, in degrees, to a focal length in pixels.
+/// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
@@ -62,7 +62,7 @@ struct depth_range {
     /// end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger divided by the smaller inverse depth.
+        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.
         return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
     }
 };

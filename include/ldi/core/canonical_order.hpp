@@ -1,6 +1,6 @@
 // The canonical order of pixels. Pixels are sorted by scanline. Within a scanline, maximal runs of pixels linked from left to
 // right are sorted by the x of their first pixel, then by disparity, nearest first. The pixels of a run are contiguous. In this
-// order, most of an LDI consists of ordinary image rows, and kernels process it as such.
+// order, most of an LDI consists of long runs, which kernels process like rows of an ordinary image.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -54,8 +54,8 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them. Raises mismatch for an
-/// index of a pixel that the column does not have.
+/// Returns the column in a new order: pixel i gets the `channels` scalars of pixel `order[i]`. Raises mismatch if an
+/// index is outside the column.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     LDI_ASSERT(channels > 0 && column.size() % channels == 0);
@@ -73,7 +73,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 /// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
 inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     buffer<std::int32_t> new_index(g.size(), no_pixel);
-    std::size_t wrong = 0;  // first index that is out of range or occurs twice
+    std::size_t wrong = 0;  // position in `order` of the first index that is out of range or repeated
     if (order.size() == g.size())
         for (; wrong < order.size(); ++wrong) {
             if (static_cast<std::size_t>(order[wrong]) >= g.size() || new_index[order[wrong]] != no_pixel) break;

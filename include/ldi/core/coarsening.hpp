@@ -29,11 +29,11 @@ struct coarsened {
     level_map map;   ///< relates the pixels of both graphs
 };
 
-/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel over links inside its 2 x 2 group, because it lies
+/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel along links inside its 2 x 2 group, because it lies
 /// on a thin strip or behind a silhouette.
 enum class orphan_rule : std::uint8_t {
-    /// an orphan adopts the parent of the nearest pixel that has one, counted in links; breadth-first exploration in the order
-    /// up, down, left, right breaks ties
+    /// an orphan adopts the parent of the nearest pixel with a parent. Distance is counted in links; breadth-first exploration in
+    /// the order up, down, left, right breaks ties
     adopt_nearest,
     stay,  ///< an orphan has no parent
 };
@@ -103,7 +103,7 @@ inline void link_kept_pixels(const graph_view& g, const level_columns& result, g
 }
 
 /// Finds the parents of a run's pixels that are not kept. Tries the first path of corner_of_group() before it calls that
-/// function, because almost always all links on this path exist.
+/// function, because all links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
@@ -122,12 +122,13 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Assigns to every pixel without a parent the parent of the nearest pixel that has one, counted in links. Breadth-first
-/// exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is reachable.
+/// Assigns to every pixel without a parent the parent of the nearest pixel with a parent. Distance is counted in links;
+/// breadth-first exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is
+/// reachable.
 ///
-/// Linear time: assigns parents ring by ring. A ring consists of the pixels at one distance from the nearest pixel with a parent.
-/// Breadth-first exploration from a pixel finds the path that starts with the first side on which the neighbor is one link
-/// closer, and continues with that neighbor's path. The pixel therefore adopts the parent of this neighbor.
+/// Linear time: assigns parents ring by ring. A ring consists of all pixels at the same distance from the nearest pixel with a
+/// parent. A pixel adopts the parent of its first neighbor, in the order up, down, left, right, that is one link closer:
+/// breadth-first exploration from the pixel would find the path through this neighbor.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
     constexpr std::int32_t pending = no_pixel - 1;  // marks pixels that are already in the next ring
     const auto parent_beside = [&](std::int32_t pixel) {
@@ -173,14 +174,14 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 }
 }  // namespace detail
 
-/// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
+/// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, even if several share a position. The
 /// position of a kept pixel is halved.
 ///
 /// Two kept pixels are linked if a path of two links connects them in the fine graph. They are two steps apart in one direction,
 /// so only the straight path is possible.
 ///
-/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
-/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
+/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches along links inside its 2 x 2
+/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.

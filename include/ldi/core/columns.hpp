@@ -83,7 +83,7 @@ concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> ||
     static_cast<Scalar>(1.0);
 };
 
-/// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
+/// Returns the mean of each channel. For integers of up to 32 bits, rounds to the nearest integer, halves away from zero.
 ///
 /// pixels  at least one
 template <class Scalar, std::size_t channels>
@@ -135,9 +135,10 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag has a rule that accepts exactly the values of its column, by value or const reference, and returns them. The
-/// constants ..._fits are true for such a rule and for a tag without the rule. Without this check, the default would silently
-/// replace a rule with a wrong signature, and a rule for a smaller type would silently cut off values.
+/// Whether a tag has a rule with exactly the types of its column: it accepts the column's values, by value or const reference,
+/// and returns values of the column. The constants ..._fits are true for such a rule and for a tag without the rule. Without this
+/// check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would silently truncate
+/// values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -210,8 +211,8 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Ind
                                                Column::channels);
 }
 
-/// Returns the number of scalars of a column. Raises too_large if they exceed the address space, as they may where it has 32
-/// bits.
+/// Returns the number of scalars of a column. Raises too_large if they exceed the address space, which can happen on 32-bit
+/// systems.
 template <payload_column Column>
 std::size_t scalar_count(std::size_t pixels) {
     constexpr std::size_t pixel_size = sizeof(typename Column::scalar) * Column::channels;
@@ -241,7 +242,7 @@ struct color16_column {
 };
 
 /// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Hidden surfaces may lie
-/// slightly below 0, because they continue beneath others.
+/// slightly below 0, because they continue behind others.
 struct disparity_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;

@@ -15,14 +15,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
-    buffer<std::int32_t> label;  ///< K: component of each pixel; components are numbered by their first pixels
+    buffer<std::int32_t> label;  ///< K: component of each pixel; components are numbered in the order of their first pixels
     buffer<std::int32_t> size;   ///< number of pixels in each component
 
     std::size_t count() const { return size.size(); }
 };
 
 /// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
-/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
+/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();

@@ -205,9 +205,10 @@ private:
         }
     }
 
-    /// Weight of a known neighbor on the next coarser level, inverse to its distance; a neighboring joined cell has weight 1. A
-    /// joined cell is two cells wide, so it borders on two known cells. Their centers are 1.5 cells away from its center, that of
-    /// a neighboring joined cell 2 cells. The two known cells together have weight 2 / 1.5, so each has weight 2 / 3.
+    /// Weight of a known neighbor on the next coarser level: inversely proportional to its distance; a neighboring joined cell
+    /// has weight 1. A joined cell is two cells wide, so it borders on two known cells per side. The centers of these known cells
+    /// are 1.5 cells away from its center; the center of a neighboring joined cell is 2 cells away. The two known cells together
+    /// therefore have weight 2 / 1.5, and each has weight 2 / 3.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;

@@ -15,7 +15,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
-/// Tag for overloads that skip a check. The caller guarantees what the check would find out.
+/// Tag for overloads that skip a check. The caller guarantees what the check would verify.
 struct unchecked_t {
     explicit unchecked_t() = default;  // build({}) must not compile
 };
@@ -42,7 +42,7 @@ public:
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
-    /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
+    /// Leaves positions and neighbors uninitialized, for callers that set all of them with set_position() and
     /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
         if (count > detail::max_pixels) detail::refuse_pixel_count(count);
@@ -58,7 +58,7 @@ public:
     }
 
     /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice. Raises too_large if
-    /// there are 2^31 - 1 pixels.
+    /// there are already 2^31 - 1 pixels.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
         if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
@@ -69,7 +69,7 @@ public:
         return count() - 1;
     }
 
-    /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
+    /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step from `a` toward `s`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
         return is_side(s) && exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
                x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);

@@ -12,15 +12,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
 struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
+    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of their first entry in `origins`
     std::int32_t count;
     bool is_new;
 };
 
 /// Result of the function that grow() calls.
 struct grown_pixels {
-    /// Graph of all pixels, old and new. The lattice may grow; old pixels keep their positions, except for one shift that is the
-    /// same for all of them. grow() does not check this, because it would need a copy of all positions.
+    /// Graph of all pixels, old and new. The lattice may grow. Old pixels keep their positions, or all move by the same offset.
+    /// grow() does not check this, because it would need a copy of all positions.
     graph topology;
     buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
@@ -34,9 +34,9 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    // Marks the entries of `origins` that pieces contain, followed by the old pixels that they contain. Pieces usually contain
-    // the old pixels in ascending order. As long as they do, the number of old pixels so far, `continued`, replaces their marks.
-    // The marks of old pixels are added at the first piece out of order.
+    // `seen` marks the entries of `origins` that occur in pieces. Pieces usually contain the old pixels in ascending order. As
+    // long as they do, `continued` counts the old pixels, and `seen` has no marks for them. At the first piece out of order,
+    // marks for all old pixels are appended to `seen`.
     buffer<bool> seen(new_count);
     std::size_t total = 0, continued = 0;
     bool is_in_order = true;

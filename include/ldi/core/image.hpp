@@ -35,8 +35,8 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
     return stride;
 }
 
-/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap; 0 bytes are
-/// an overlap, too.
+/// Converts a stride from bytes to values. Raises mismatch if the stride is not a whole number of values or if rows would
+/// overlap; with a stride of 0 bytes, they do.
 inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
     if (bytes % value_size != 0 || bytes / value_size < row_values)
         raise(error_code::mismatch, "image_view",
@@ -47,7 +47,7 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
 
 }  // namespace detail
 
-/// Returns height * width * channels. Raises too_large if as many values of `value_size` bytes exceed the address space.
+/// Returns height * width * channels. Raises too_large if this many values of `value_size` bytes exceed the address space.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * detail::checked_row_stride(height, width, channels, 0, value_size);
 }
@@ -80,7 +80,7 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(data != nullptr || empty());
     }
-    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
+    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics APIs. Raises mismatch
     /// unless the stride is an integer number of values, at least W x C.
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
@@ -138,7 +138,7 @@ public:
     image() = default;
     /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// A value such as 0.5 is not a number of channels.
+    /// Deleted, because a fill value such as 0.5 must not convert to a number of channels.
     image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)

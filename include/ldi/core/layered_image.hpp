@@ -58,7 +58,7 @@ public:
         return graph_.neighbor(pixel, s);
     }
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
-    /// graph_builder::can_link(), in release builds, too.
+    /// graph_builder::can_link() is true, in release builds, too.
     void link(std::int32_t a, side s, std::int32_t b) {
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
@@ -85,7 +85,8 @@ private:
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
 /// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
-/// and move pixels. After an error, members leave the image unchanged, except grow(), which leaves it empty.
+/// and move pixels. After an error, members leave the image unchanged, with two exceptions: grow() leaves it empty, and
+/// edit_links() keeps the changes that `edit` made before it threw.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -171,7 +172,7 @@ public:
     }
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
-    /// pixels again, even if `edit` throws. Views of its topology show the changes.
+    /// pixels again, even if `edit` throws. Views of the image's topology show the changes.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -213,10 +214,10 @@ public:
         *this = with_pixels(std::move(b).build(detail::unchecked), old_index);
     }
 
-    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
-    /// the values of new pixels from the values of the pixels that they continue. Returns grown_pixels::pieces. During the call
-    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` or a column's rule throws, if
-    /// memory runs out, or if grown_pixels don't describe every pixel, which raises mismatch.
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
+    /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
+    /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
+    /// pixel. After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
@@ -287,8 +288,8 @@ private:
 /// Layered image of a photo.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 
-/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Those of a photo are in [0, 1]; hidden surfaces
-/// may continue beneath others, slightly below 0.
+/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Disparities of a photo are in [0, 1]. Hidden
+/// surfaces may lie slightly below 0, because they continue behind others.
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;

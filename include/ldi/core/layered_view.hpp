@@ -25,7 +25,7 @@ template <class... Columns>
 inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
 }  // namespace detail
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept a layered_view.
 template <payload_column... Columns>
 class layered_view {
     static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
@@ -43,8 +43,8 @@ public:
         };
         (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
     }
-    /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
-    /// column(), unless it is a temporary.
+    /// Converts from any other layered_view, even a temporary one. Also converts from a layered_image, a single_layer, or the
+    /// caller's own type with `has`, topology() and column(), but not from a temporary.
     template <has_columns<Columns...> Layers>
     requires(requires(const Layers& l) { graph_view(l.topology()); } &&
              !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&

@@ -1,5 +1,5 @@
-// Relates the pixels of a graph to those of the graph at half resolution: coarsening makes it; plans, pooling and nearest
-// upsampling read it (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+// Level maps relate the pixels of a graph to the pixels of the graph at half resolution. Coarsening makes them; plans, pooling
+// and nearest upsampling read them (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -19,8 +19,8 @@ namespace detail {
 coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
 }
 
-/// Relation between the pixels of a graph, the fine ones, and those of the coarser graph that coarsen() made of it. Only
-/// coarsen() makes level maps that contain pixels, and they do not change, so their indices always exist.
+/// Relates the pixels of a graph (fine pixels) to the pixels of the coarser graph that coarsen() makes from it (coarse pixels).
+/// Only coarsen() makes level maps that contain pixels, and no function edits them, so their indices are always valid.
 class level_map {
 public:
     level_map() = default;

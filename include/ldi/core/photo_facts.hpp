@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window through which a 3D photo is seen; surfaces at this disparity keep their position in it. It is the
+/// Disparity of the window through which a 3D photo is seen. Surfaces at this disparity do not move within the window. It is the
 /// middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 

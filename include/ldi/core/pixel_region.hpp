@@ -81,9 +81,9 @@ public:
         made_.width_ = width;
     }
 
-    /// Adds columns first to last - 1 of the current row, 0 <= first < last <= width, right of all columns added to it before.
-    /// Raises mismatch for other columns, too_large if the region would have 2^31 pixels or more; the builder then remains
-    /// unchanged.
+    /// Adds columns first to last - 1 to the current row. Raises mismatch unless 0 <= first < last <= width and the columns are
+    /// to the right of all columns already in this row. Raises too_large if the region would have 2^31 pixels or more. After
+    /// these errors, the builder is unchanged.
     void add_run(std::int32_t first, std::int32_t last) {
         const bool is_first = made_.runs_.count() == made_.first_run(made_.height());
         const std::int32_t free = is_first ? 0 : made_.runs_.back().last;
@@ -101,7 +101,7 @@ public:
     }
     void end_row() { made_.row_ends_.push_back(made_.runs_.count()); }
 
-    /// Returns the region. Raises mismatch if the last row has no end; the builder then remains unchanged.
+    /// Returns the region. Raises mismatch unless end_row() followed the last run; the builder then remains unchanged.
     [[nodiscard]] pixel_region build() && {
         if (made_.runs_.count() != made_.first_run(made_.height()))
             raise(error_code::mismatch, "pixel_region_builder", "end_row() after the last run", "none");

@@ -31,7 +31,7 @@ public:
     static constexpr bool has = one_of<Column, Columns...>;
 
     single_layer() = default;
-    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
+    /// Raises mismatch unless there is exactly one pixel per lattice position, in the photo's order.
     explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
         const graph& g = topology();
         std::int32_t in_order = 0;

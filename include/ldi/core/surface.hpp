@@ -8,7 +8,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Minimum difference in disparity between a hidden surface and the surface in front of it, as a multiple of
 /// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
-/// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
+/// Maximum difference in disparity between neighboring hidden pixels that expand() links, as a multiple of
 /// surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
 

@@ -69,14 +69,14 @@ private:
     std::size_t side_count_ = 0;
 };
 
-/// A traced curve: its sides, and its corners in the same order, one more than its sides.
+/// A traced curve: its sides, and its corners in the same order. A curve of n sides has n + 1 corners.
 struct traced_curve {
     buffer<std::int32_t> corners;
     buffer<discontinuity> sides;
     bool is_closed = false;
 };
 
-/// Finds the discontinuities of a map, and follows them as curves that end at free ends and at junctions.
+/// Finds the discontinuities of a disparity map, and traces them as curves. A curve is closed, or ends at free ends or junctions.
 class curve_tracer {
 public:
     /// disparity         width x height values; must outlive the tracer
@@ -94,7 +94,8 @@ public:
         }
     }
 
-    /// Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    /// Removes branches of fewer than `min_length` sides that lead from a junction to a free end inside the photo, so that the
+    /// curve continues through the junction.
     void prune_spurs(std::size_t min_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
@@ -149,8 +150,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    /// Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
-    /// a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the direction in which a curve continues that arrives at the corner from direction `from`. Where two curves pass
+    /// each other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)

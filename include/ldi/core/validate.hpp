@@ -16,7 +16,7 @@ enum class invariant {
     inside_lattice,      ///< 0 <= x < width and 0 <= y < height
     neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor is one step to its side
+    one_step_away,       ///< a neighbor is one step away, toward its side
     canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
     disparity_in_range,  ///< disparities lie in [-1, 1]; only validate() of layers checks this
 };

@@ -3,11 +3,11 @@
 // the camera moves.
 //
 // A band of pixels surrounds each discontinuity curve. In its middle, up to the depth map's uncertainty on either side of the
-// curve, the silhouette may be anywhere. The pixels beyond supply color models of the front and the back surface. The best cut
-// through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest path, found by
-// dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Junctions and
-// ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old curve and the new
-// one change sides.
+// curve, the silhouette may be anywhere. The pixels outside the middle supply color models of the front and the back surface.
+// The best cut through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest
+// path, found by dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting".
+// Junctions and ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old
+// curve and the new one change sides.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -31,8 +31,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were tuned on true depth maps that were degraded like those of a network.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
-    /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
+    /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.
     float uncertainty = 3.0F;
     /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
@@ -65,7 +65,7 @@ public:
             if (c != cut) cost(row, c) = impossible;
     }
 
-    // Returns the cheapest cuts of `steps` rows, starting at row `first` and wrapping around.
+    // Returns the cuts of the cheapest path through `steps` rows, starting at row `first` and wrapping around.
     buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
         const std::size_t count = places();
         buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
@@ -165,7 +165,7 @@ struct swept_pixel {
     }
 };
 
-// Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
+// Appends the pixels whose centers lie in a quadrilateral, which may intersect itself.
 inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
                   buffer<swept_pixel>& swept) {
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
@@ -263,9 +263,9 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// photo      H x W x 3
 ///
 /// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
-/// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the uncertainty per pixel
-/// side of the longest curve.
+/// the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty.
+/// Memory is 10 bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the
+/// uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {

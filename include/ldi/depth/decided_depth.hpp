@@ -21,7 +21,7 @@ struct undecided_depth {
     image_view<const float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> disparity;                ///< H x W x 1, sharpened, resampled and filtered
     surface_rule surface;
-    float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
+    float sample_size = 1.0F;  ///< side length of a sample of `estimated`, in photo pixels, 1 to 16
 };
 
 /// A depth map in which each pixel beside a silhouette is assigned to the front or the back surface. Result of a

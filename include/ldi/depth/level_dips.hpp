@@ -1,5 +1,5 @@
 // Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. This dip ends in a second step, at which no object ends, and which tears the background apart.
+// object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
 // (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
@@ -17,10 +17,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen on a few photographs with a depth network's estimate.
+/// The defaults were chosen on a few photographs with depth estimated by a network.
 struct level_options {
-    /// Maximum distance of a raised sample from the step, in samples, and half the width of the widest dip, from 0 to 64. 0
-    /// disables leveling.
+    /// Maximum distance of a raised sample from the step, in samples, 0 to 64. Also half the width of the widest dip that is
+    /// leveled. 0 disables leveling.
     int radius = 4;
     /// Maximum depth of a dip, relative to the step beside it, from 0 to 1.
     float max_depth = 0.35F;
@@ -28,8 +28,8 @@ struct level_options {
 
 namespace detail::leveling {
 
-/// Combines every sample with the samples up to `radius` before and after it in its row, then in its column, with `pick`, which
-/// returns the larger or the smaller of two values.
+/// Computes the maximum or the minimum over the samples within `radius` rows and columns of every sample. `pick` returns the
+/// larger or the smaller of two values.
 template <class Pick>
 image<float> combined(image_view<const float> map, std::size_t radius, Pick pick) {
     const std::size_t rows = map.height(), columns = map.width();

@@ -39,7 +39,7 @@ struct image_components {
 
 // Returns the end of the run of linked pixels that starts at `first`. Neighbors on one surface count as linked.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
-    constexpr std::int32_t step = 16;  // pixels per block: most are linked, and compilers vectorize the inner loop
+    constexpr std::int32_t step = 16;  // pixels per block; most pixels are linked, and compilers vectorize the inner loop
     std::int32_t end = first + 1;
     for (; end + step <= columns; end += step) {
         std::int32_t linked = 0;
@@ -202,10 +202,11 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side with
-/// more contacts (shared pixel sides; the farther side if equal), spread inward from these contacts. A component that touches
-/// only one side is not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary
-/// search in a row per pixel of a small component; up to 60 bytes per pixel.
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
+/// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
+/// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
+/// middle value, and does not change. Linear time, except for a binary search in a row per pixel of a small component; up to 60
+/// bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);

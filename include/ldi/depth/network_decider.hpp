@@ -58,17 +58,18 @@ public:
     }
 
 private:
-    /// Minimum difference between front and back. Lower steps of estimated depth are often inside an object, such as a face.
+    /// Minimum difference between front and back. Smaller steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels. An island is a group of connected
-    /// pixels on one side of a step, inside the band; smaller ones change to the other side.
+    /// Minimum number of pixels of an island, divided by the side length of a depth sample in pixels. An island is a group of
+    /// connected pixels on one side of a step, inside the band. Smaller islands change to the other side.
     static constexpr double min_island_samples = 120;
-    /// Factor of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
+    /// Weight of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.
     static constexpr float prior = 6.0F;
 
-    /// Converts a logit to a share in the units of decided_depth::shares. The exponential function differs between C libraries,
-    /// so a table of the logits between adjacent shares replaces it: results are the same everywhere.
+    /// Adds the prior to a logit, and converts the sum to a share in the units of decided_depth::shares. The exponential function
+    /// differs between C libraries. A table of the logits between adjacent shares replaces it, so that results are the same
+    /// everywhere.
     static std::uint8_t share_of(float logit, std::uint8_t prior_byte) {
         static const share_table table;
         const float lean = std::clamp((detail::nearest_float(prior_byte) - 128.0F) / 127.0F, -0.5F, 0.5F);

@@ -15,8 +15,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct normalize_options {
-    /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
-    /// other values. Tuned by experiment.
+    /// Share of the pixels that is clamped at either end of the value range, from 0 to less than one half, so that a few outliers
+    /// do not compress all other values. Tuned by experiment.
     float clipped_share = 0.001F;
     /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
     /// bits encode the logarithm of disparity; 0 for a source with fine levels.
@@ -60,8 +60,8 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// Returns the source's values in unspecified order. Raises mismatch for another shape, invalid_data if a value cannot be a
-/// disparity.
+/// Returns the source's values in unspecified order. Raises mismatch unless the shape is h x w x 1, and invalid_data if a value
+/// cannot be a disparity.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -84,7 +84,7 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// mismatch for another shape; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
 /// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
 /// range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {

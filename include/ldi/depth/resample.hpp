@@ -22,9 +22,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Larger sigmas smooth more noise and lose more thin objects. The defaults were tuned by experiment.
 struct resample_options {
-    /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
+    /// Standard deviation of the Gaussian weight over distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
-    /// Standard deviation of the Gaussian on color difference, in gray levels (Euclidean over the three channels).
+    /// Standard deviation of the Gaussian weight over color difference, in gray levels (Euclidean over the three channels).
     float color_sigma = 20.0F;
 };
 
@@ -58,7 +58,7 @@ inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std:
     return (sample * pixel_count + sample_count - 1) / sample_count;
 }
 
-// Averages the colors of the photo's pixels whose centers fall on each sample of the map.
+// Averages, for each sample of the map, the colors of the photo's pixels whose centers lie in the sample.
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<std::size_t> first_column(columns + 1);
@@ -155,12 +155,12 @@ private:
     std::size_t first_row(std::size_t v) const { return first_pixel(v, photo_.height(), disparity_.height()); }
     std::size_t first_column(std::size_t u) const { return first_pixel(u, photo_.width(), disparity_.width()); }
 
-    // Position of a pixel's center in the map, in samples, between half a sample before the first and half a sample after the
-    // last sample's center.
+    // Position of a pixel's center in the map, in samples from the center of the first sample: from -0.5 to the number of samples
+    // minus 0.5.
     float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
     float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
 
-    // Collects the window around a sample. Equal disparities keep the order of their samples: sums of floats depend on it.
+    // Collects the window around a sample. Samples of equal disparity keep their order, because sums of floats depend on it.
     void gather(std::size_t u, std::size_t v, window& around) const {
         std::array<window::sample, samples> found;
         std::array<float, samples> disparity;
@@ -271,8 +271,8 @@ private:
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
-/// Point-samples maps at least as fine as the photo. Raises mismatch for empty images or other numbers of channels,
-/// invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
+/// If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty images or
+/// wrong numbers of channels, invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {

@@ -27,7 +27,8 @@ struct sharpen_options {
     int radius = 3;
     /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step.
     float min_change = 3.0F;
-    /// Minimum ratio of this change to the change within twice the radius. For a slope, the ratio is one half.
+    /// Minimum ratio of the change within the radius to the change within twice the radius. A uniform slope has a ratio of one
+    /// half.
     float min_share = 0.7F;
 };
 
@@ -67,8 +68,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, where networks err in their last
-// samples; edges from farther inside are extended to the border.
+// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, because the outermost samples of a
+// network's depth map are unreliable. Extends edges from farther inside to the border.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;

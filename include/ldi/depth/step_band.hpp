@@ -1,6 +1,6 @@
-// Finds the band of pixels beside sharp steps of a disparity map, in which the silhouette network assigns pixels to the front or
-// the back. A step is described by a curve of pixels and the front and back disparity of each of them. The band stores the
-// nearest curve pixel of every pixel nearby. examples/training/silhouettes/README.md defines the same band for training.
+// Finds the band of pixels beside the sharp steps of a disparity map. In this band, the silhouette network assigns pixels to the
+// front or the back. A step is described by a curve of pixels, each with a front and a back disparity. The band stores the
+// nearest curve pixel for each of its pixels. examples/training/silhouettes/README.md defines the same band for training.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// The network was trained with the defaults.
 struct step_band_options {
     float max_step = 0.02F;  ///< neighbors that differ by more than this are on a step
-    float min_step = 0.06F;  ///< minimum difference between front and back of a curve
+    float min_step = 0.06F;  ///< minimum difference between the front and back of a curve pixel
 };
 
 /// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
@@ -55,9 +55,9 @@ struct step_band {
 /// disparity  H x W x 1, finite
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
-/// uppermost. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and columns of a curve.
-/// 6 bytes per pixel, and 20 per pixel of the region.
+/// least min_step. Distances are Euclidean and exact. Of several nearest curve pixels, the leftmost one counts, or the upper one
+/// of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and
+/// columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -220,7 +220,7 @@ private:
     step_band_options options_;
     std::int32_t width_, height_;
     image<std::uint8_t> below_;
-    buffer<std::int32_t> number_;  // index of each curve pixel; not set elsewhere
+    buffer<std::int32_t> number_;  // index of each curve pixel in `curve`; not set for other pixels
     pixel_region_builder region_;
     step_band band_;
 };

@@ -1,10 +1,11 @@
 // The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
 // around a pixel, sorted by value, it selects the sample for which the sum of the weights before it is closest to the sum of the
-// weights after it. Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight,
+// weights after it. Weights decrease with the disparity difference from the center. Samples next to an edge have zero weight,
 // which forces a decision between the two sides.
 //
-// Sorting networks filter four pixels at once: they sort columns of five and merge pairs of columns, which neighboring windows
-// share; then they merge two pairs and a column. Weights depend only on the value, so only values are sorted.
+// Sorting networks filter four pixels at once. They sort columns of five samples and merge pairs of columns; neighboring windows
+// share both. For each window, they then merge two pairs and a column. A sample's weight depends only on its value, so only
+// values are sorted.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -25,7 +26,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct weighted_median_options {
-    /// Standard deviation of the Gaussian on the difference in disparity to the center.
+    /// Standard deviation of the Gaussian weight over the disparity difference from the center.
     float sigma = 0.2F;
 };
 
@@ -153,7 +154,7 @@ struct sorted_columns {
         }
     }
 
-    // Filters the four pixels whose windows start at column x.
+    // Filters the four pixels whose windows start at columns x to x + 3.
     //
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
     // either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain medians are

@@ -73,8 +73,9 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// Squared mean of the square roots of detail, for normal noise with standard deviation 1. It is (E |d|^0.5)^2 = 0.676 times
-    /// the standard deviation of d, the difference between a pixel and the mean of four neighbors, which is sqrt(1 + 1/4).
+    /// Squared mean of the square roots of detail, (E |d|^0.5)^2, for normal noise with standard deviation 1. d is the difference
+    /// between a pixel and the mean of its four neighbors, with a standard deviation of sqrt(1 + 1/4). The value is 0.676 times
+    /// this deviation.
     static constexpr float of_unit_noise = 0.756F;
 
 private:

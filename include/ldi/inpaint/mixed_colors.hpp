@@ -36,7 +36,7 @@ struct mixed_color_options {
     /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side; at least two pixels. Applies only
     /// where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
-    /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
+    /// Minimum Euclidean RGB distance between colors that count as different. Each channel is in [0, 255].
     float contrast = 40.0F;
 };
 
@@ -96,15 +96,15 @@ inline int band_width(float reach, const graph_view& g) {
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
-/// Replaces mixed foreground colors by the foreground's own color, and marks mixed background colors as unknown.
+/// Replaces mixed foreground colors with the foreground's own color, and marks mixed background colors as unknown.
 template <class Layers>
 class color_cleaner {
 public:
     color_cleaner(Layers& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
         : layers_(layers), band_(band), mixtures_(mixtures), known_(layers.template column<known_column>()) {}
 
-    /// Cleans the pixels that touch the silhouette if they are mixed, and pixels linked to them through mixed pixels. Farther
-    /// away, a color that looks mixed is the surface's own color.
+    /// Cleans the mixed pixels that touch the silhouette, and those that are linked to them through other mixed pixels.
+    /// Elsewhere, a color that looks mixed is the surface's own color.
     void clean() {
         const buffer<silhouette_band::place>& places = band_.places();
         buffer<std::uint8_t> reached(places.size(), 0);
@@ -133,8 +133,9 @@ private:
         return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
-    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample of
-    /// the other surface. O minimizes |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4, where a is the share of the own surface.
+    /// Replaces a pixel's color C with an estimate O of its own surface's color. O minimizes
+    /// |C - a O - (1 - a) other|^2 + |O - own|^2 / 4, where a is the share of the pixel's own surface, and `own` and `other` are
+    /// the color samples of its own and the other surface.
     void clean(std::int32_t place) {
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;

@@ -84,7 +84,7 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // width in steps of the margin, whose cells the blur and the taps of sources read
+    static constexpr int margin = 3;  // width in steps; the blur and the taps of source cells read the margin
 
     texture_options options_;
     texture_cells cells_;

@@ -1,8 +1,8 @@
 // Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are inaccurate by up
-// to a few samples, so such traces remain on the background beside them, and inpainting would continue them. Most pixels there
-// are visible and have the background's own color, so refilling all of them would blur the photo. Instead, mark_uncertain_rims()
-// makes them unknown while hidden surfaces are colored. restore_rims() then restores the pixels that show no trace of the surface
-// in front.
+// to a few samples, so such traces remain on the background beside silhouettes, and inpainting would continue the traces. Most
+// pixels beside silhouettes have the background's own color, so refilling all of them would blur the photo. Instead,
+// mark_uncertain_rims() marks these pixels as unknown while hidden surfaces are colored. restore_rims() then restores the pixels
+// that show no trace of the surface in front.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -39,8 +39,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if the two look
-/// alike.
+/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if `from` and
+/// `to` look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
@@ -59,7 +59,7 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Linear time, for any width; up to 150 bytes per pixel, if all lie within it.
+/// Linear time, for any width; up to 150 bytes per pixel, if all pixels lie within the width.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -97,8 +97,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 ///
 /// layers  on the photo's lattice
-/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if it lacks a pixel that
-///         rim_column marks
+/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
+///         that rim_column marks
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     struct rim_pixel {

@@ -31,7 +31,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, also of curves in front of the background; for comparison with `midground`
+    all,        ///< every end inside the photo, including on curves in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
@@ -45,21 +45,22 @@ struct curve_options {
     /// Ends of curves at which the hidden surface must not spread sideways.
     constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
-    /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
-    /// remaining ones until the limit holds. A map of noise then takes only a few times as long as a photograph's map.
+    /// most 0.05. Maps above the limit are mostly noise. From such maps, find_discontinuity_curves() drops curves shorter than
+    /// min_length, then the shortest remaining curves until the limit holds. A map of noise then takes only a few times as long
+    /// as the map of a photograph.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.
     std::size_t max_sides = 500'000;
 };
 
-/// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
-/// curve, and points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
+/// A ray that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the curve, and
+/// points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
     float x, y;  ///< end of the curve
-    /// Unit vector along the curve, out of its end; zero if the curve returns to its end.
+    /// Unit vector along the curve, pointing out of its end; zero if the curve loops back to this end.
     float outward_x, outward_y;
-    float perpendicular_x, perpendicular_y;  ///< unit vector along the half line, or zero
+    float perpendicular_x, perpendicular_y;  ///< unit vector along the ray, or zero
 };
 
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
@@ -90,7 +91,7 @@ inline buffer<std::size_t> group_lengths(const buffer<traced_curve>& traces) {
 // in total. Returns 0 if all curves fit.
 inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max_sides, std::size_t min_length) {
     if (tracer.corners().side_count() <= max_sides) return 0;
-    buffer<std::size_t> sides;  // per length of a curve: sides of all such curves
+    buffer<std::size_t> sides;  // per curve length: number of sides of all curves of this length
     tracer.for_each_curve([&](const traced_curve& t) {
         if (t.sides.size() >= sides.size()) sides.resize(t.sides.size() + 1);
         sides[t.sides.size()] += t.sides.size();
@@ -104,8 +105,9 @@ inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max
 
 namespace detail {
 
-/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked, the front is not the farther
-/// one, and constraints start inside the lattice and have directions.
+/// Raises mismatch for curves that do not fit the layer. Each side must separate two neighboring pixels that are not linked, and
+/// the front must not be farther than the back. Each constraint must start inside the lattice, and its directions must be unit
+/// vectors or zero.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
                          const char* where) {
     const auto refuse = [&](const discontinuity_curve& c, const std::string& found) {
@@ -144,8 +146,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// Raises invalid_option for a density outside [0, 2].
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
-/// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
-/// end is still as large as the threshold, so a camera that moves along the curve sees behind the front surface there, past the
+/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. Even at a curve's
+/// end, the step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
 /// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},

@@ -32,11 +32,11 @@ struct expand_options {
     /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
     /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this is the tighter limit, views within
+    /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this limit ends growth early, views within
     /// `motion` show gaps.
     int iterations = 4096;
     /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
-    /// 1 with the default motion; without the limit, noise and staircases would need 6.
+    /// 1 with the default motion. Without the limit, maps of noise or of staircases would need 6.
     float max_hidden = 1.25F;
     /// Whether hidden surfaces behind different curves join where they meet at similar depth. If false, they pass each other; for
     /// comparison only.
@@ -48,7 +48,7 @@ template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
     /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
-    /// expand_options::iterations or max_hidden is the tighter limit.
+    /// expand_options::iterations or max_hidden ended growth early.
     float motion = 0.0F;
 };
 

@@ -8,7 +8,7 @@
 // continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
-// see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
+// process a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -91,10 +91,11 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 ///
 /// A new pixel shows a pixel of the photo: it gets that pixel's softened color and the disparity of the border pixel, and its
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
-/// color along a side, such as the edge of a scanned slide, would become a line across the picture. The colors inside the rim
-/// replace it, and its pixels become unknown. The result is in canonical order. Raises invalid_option for a motion that is not 0
-/// or more, mismatch if `facts` has a margin or a camera of another size than the lattice, invalid_data for disparities that are
-/// not finite, and too_large for 2^31 pixels or positions; after too_large the layers are empty. Linear time.
+/// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
+/// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
+/// invalid_option for a motion that is not 0 or more, mismatch if `facts` has a margin or if the camera and the lattice differ in
+/// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
+/// are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -114,7 +115,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
-    constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
+    constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         const graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
@@ -143,7 +144,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // Replaces the values of the new_pixel rules: black, and the disparity of the pixel that the new pixel shows.
+            // Replaces the values that the new_pixel rules set: black, and the disparity of the pixel that the new pixel shows.
             const std::int32_t at = to + i - p.first;
             const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
             std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());

@@ -40,7 +40,7 @@ public:
 
     /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // an equal size skips the leaves that were too small for it
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // equal sizes continue the search where it ended
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -71,8 +71,8 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf without the full height or width comes first in the tree. add() inserts it last, because it inserts before the
-        // others.
+        // In the tree, the leaf without the full height or width comes first. It is added last, because add() inserts a leaf in
+        // front of those added before.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }
@@ -118,8 +118,8 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 
 }  // namespace detail
 
-/// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
+/// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets with aspect ratios from about 1:2 to 2:1 and keeps
+/// the smallest sheet. Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -174,8 +174,8 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, the largest first, each on the first sheet with enough room. Raises too_large for a
-/// rectangle that is larger than a sheet.
+/// Packs all rectangles, each at least 1 x 1, on sheets of up to max_side x max_side. Starts with the largest, and places each on
+/// the first sheet with enough room. Raises too_large for a rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());

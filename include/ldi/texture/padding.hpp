@@ -1,6 +1,7 @@
-// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a
-// few texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock
-// padding fills every 16 x 16 block that the padded chart touches by diffusion, because JPEG mixes the colors within a block.
+// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a few
+// texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock padding
+// is also diffused. It fills the rest of every 16 x 16 block that the padded chart touches, because JPEG mixes the colors within
+// a block.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -108,7 +109,7 @@ private:
         });
     }
 
-    /// Raises mismatch for the first of a run of pixels whose texel belongs to an earlier pixel.
+    /// Raises mismatch for the first pixel of a run whose texel already belongs to another pixel.
     [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
         for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
         raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
@@ -141,8 +142,8 @@ private:
         return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
     }
 
-    /// Widens the filter padding by one texel. Two surfaces that meet each fill half of the gap. A surface that continues takes
-    /// precedence over one that ends.
+    /// Widens the filter padding by one texel. Where two surfaces face each other, each fills half of the gap. A surface that
+    /// continues takes precedence over one that ends.
     void grow_border() {
         next_border_.clear();
         for (const border_texel& b : border_) {
@@ -188,7 +189,7 @@ private:
         }
     }
 
-    /// Lists the blocks in one row of blocks that have unknown texels, and marks these texels.
+    /// Lists the blocks with unknown texels in one row of blocks, and marks their empty texels as `macroblock`.
     void find_open_blocks(atlas_rectangle room, std::int32_t y) {
         open_blocks_.clear();
         for (std::int32_t x = 0; x < room.width; x += macroblock_side) {

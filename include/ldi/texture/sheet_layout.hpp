@@ -19,8 +19,8 @@ struct sheet_options {
     std::int32_t margin = 0;
 };
 
-/// Scale along one axis: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within its
-/// margin. Positions in the layered image include the margin.
+/// Scale along one axis: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image. Positions in
+/// the layered image include its margin.
 struct sheet_scale {
     /// `photo`: pixels of the photo; `layers`: pixels of the layered image without its margin
     std::int64_t photo = 1, layers = 1;

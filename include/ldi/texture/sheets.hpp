@@ -52,7 +52,7 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 /// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is no such
 /// size.
 ///
-/// scale  pixels of the photo per pixel of the layered image, the larger of both axes
+/// scale  pixels of the photo per pixel of the layered image, on the axis where this ratio is larger
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
     // Chart edges that lie inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
@@ -63,13 +63,14 @@ inline std::int32_t max_chart_side(double scale, const sheet_options& options = 
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Allocates room on a sheet, at the photo's size, for every chart with a pixel that the photo shows.
+/// Allocates room on a sheet, at the photo's resolution, for every chart with a pixel that the photo shows.
 ///
 /// layers                     known_column marks the pixels that the photo shows
 /// charts, atlas              made from these layers
 /// photo_height, photo_width  size of the photo for draw_sheet()
 ///
-/// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
+/// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, too_large for a chart that fits on no
+/// sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -121,13 +122,13 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, the texels are the photo's own,
-/// unchanged. Beside silhouettes and where colors were changed, the neighboring surface's share is removed from the photo's
-/// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
+/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, copies texels from the photo.
+/// Beside silhouettes and where colors were changed, removes the neighboring surface's share from the photo's color. Where the
+/// photo shows another surface, interpolates the colors of the atlas.
 ///
 /// sheet          1 to layout.sizes.size() - 1
 /// charts, atlas  those given to lay_out_sheets()
-/// worked_on      the photo from which the layered image was made, at the layered image's size
+/// worked_on      the photo from which the layered image was made, at the layered image's size without its margin
 /// photo          the same photo, at the size given to lay_out_sheets()
 ///
 /// Raises mismatch if inputs don't fit together.

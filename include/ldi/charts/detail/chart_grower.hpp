@@ -18,9 +18,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface.
-/// All other values are 0; in a photo, these are almost all. Around a position with value 0, all pixels within `range` rows and
-/// columns belong to one surface, so constraint 3 holds there.
+/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface;
+/// 0 elsewhere. In a photo, almost all values are 0. Around a position with value 0, all pixels within `range` rows and columns
+/// belong to one surface, so constraint 3 holds there.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -43,8 +43,8 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 }
 
 /// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
-/// side exceeds it already. Otherwise, scales the area of each longer box by `side` over its longer side, because the pieces of a
-/// winding chart together are as long as the whole.
+/// side exceeds it already. Otherwise, multiplies the area of each box whose longer side L exceeds it by `side` / L, because the
+/// pieces of a winding chart together are as long as the whole.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -56,9 +56,9 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows charts one after the other, each in two alternating steps: all pixels that no other surface is near, then the nearest
-/// contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that
-/// nothing must be cleared between charts.
+/// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
+/// nearest contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that nothing must
+/// be cleared between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -91,8 +91,8 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. Unlike a pixel_run, a strip
-    /// need not be adjacent in memory: pixels may have any order, so growth only follows links. The strip stores the position of
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. Unlike those of a pixel_run,
+    /// the pixels of a strip need not be adjacent in memory, because growth only follows links. The strip stores the position of
     /// its first pixel, because reading it again would cost a cache miss.
     struct strip {
         std::int32_t first, x, y, count;
@@ -157,7 +157,8 @@ private:
         }
     }
 
-    /// Adds a free pixel to the chart, and those to its right and left; contested pixels wait.
+    /// Adds a pixel, and the pixels that are linked to its right and left, to the chart. Queues contested pixels instead. Skips a
+    /// pixel that already has a chart.
     void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return;
         if (near_other_[at(x, y)] != 0)
@@ -272,9 +273,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface from `pixel` along
-    /// rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the ends of
-    /// both paths differ from that of `other`.
+    /// Whether `other`, at this distance in steps, lies on a different surface than `pixel`. Follows the surface from `pixel`
+    /// along rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the
+    /// ends of both paths differ from that of `other`.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();

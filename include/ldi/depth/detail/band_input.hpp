@@ -1,4 +1,4 @@
-// Computes the input of the silhouette network, in 8 bits (examples/training/silhouettes/README.md, "The band").
+// Computes the 8-bit input of the silhouette network (examples/training/silhouettes/README.md, "The band").
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,14 +15,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The two samples beside a pixel's center along one axis, and their weights.
+/// The two samples beside a pixel's center along one axis, and the interpolation weight.
 struct bilinear_place {
     std::int32_t first, second;
     float share;  ///< weight of `second`
 };
 
-/// Returns, for each of a photo's `pixels` pixels along one axis, the two of the map's `samples` samples to interpolate between.
-/// The centers of samples and pixels are at 0.5, 1.5, ...
+/// Returns the two map samples to interpolate between for each photo pixel along one axis. `samples` and `pixels` are the sizes
+/// of map and photo along this axis. The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
     const float scale = nearest_float(samples) / nearest_float(pixels), last = nearest_float(samples - 1);

@@ -1,6 +1,6 @@
-// Splits a band into two surfaces, given the share of the front in each pixel. Islands (groups of connected pixels on one side)
-// that are small, or far from every curve, change sides. Pixels whose depth was blurred get the depth of nearby pixels of the
-// same surface.
+// Assigns each pixel of a step band to the front or the back surface, given the front surface's share of the pixel. Islands
+// (groups of connected pixels on one side) that are small, or far from every curve, change sides. Pixels whose depth was blurred
+// get the depth of nearby pixels of the same surface.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -22,7 +22,7 @@ public:
     side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
         : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
-    /// Changes the disparity in the band, and writes the shares there.
+    /// Writes the final disparities and shares of the pixels in the band.
     void apply(image<float>& disparity, image<std::uint8_t>& shares) {
         find_sides(disparity);
         flip_islands();
@@ -34,10 +34,10 @@ public:
     }
 
 private:
-    /// Maximum distance over which disparity is copied into the band, in steps to neighbors.
+    /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's disparity by at
-    /// most this share of the step.
+    /// For surfaces that lie entirely in the band. A pixel keeps its disparity if it lies no farther than this share of the step
+    /// from the disparity of the pixel's side, toward the other side.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
     /// silhouette, and changes sides whatever its size.
@@ -109,8 +109,9 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels
-    /// whose disparity is close to their side's keep it and pass it on. All other pixels get the disparity of their curve's side.
+    /// Copies disparities into the band, first from pixels outside it. A pixel that these do not reach keeps its disparity, and
+    /// passes it on, if it is close to the disparity of the pixel's side. All remaining pixels get the front or back disparity of
+    /// the nearest curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -177,7 +178,7 @@ private:
 
     /// Whether `value`, a neighbor's disparity, is plausible for pixel i, on i's side of the step. A neighbor that is nearer to
     /// another curve may belong to another surface. The accepted range extends beyond the step, because a blurred step may be
-    /// wider than the neighborhood of its curve pixels.
+    /// wider than the disk in which its front and back are measured.
     bool fits(float value, std::int32_t i) const {
         constexpr float inward = 0.5F, outward = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);

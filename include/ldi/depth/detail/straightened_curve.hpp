@@ -23,7 +23,7 @@ struct point {
 // A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
     buffer<point> corners;  // corners of the traced curve
-    buffer<point> smooth;   // corners without the lattice's stair steps; ends stay in place
+    buffer<point> smooth;   // corners, smoothed to remove the lattice's stair steps; ends stay in place
     buffer<point> across;   // unit vectors from back to front
 };
 
@@ -54,7 +54,7 @@ inline plane_curve make_plane_curve(const traced_curve& t, const corner_map& lat
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
-    // At the photo's border, the end of a curve slides along the border, so that the band has no gap there.
+    // If a curve ends at the photo's border, the band's row there runs along the border, so that the band has no gap.
     for (const std::int32_t k : {std::int32_t{0}, period}) {
         const std::int32_t corner = t.corners[k];
         if (t.is_closed || !lattice.on_border(corner)) continue;
@@ -128,14 +128,14 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Range of cuts of row k at which both surfaces remain. Cuts count pixels from the curve: negative toward the back, positive
-    // toward the front.
+    // Smallest and largest cut of row k that leave pixels on both surfaces. A cut is a distance from the curve in pixels,
+    // negative toward the back and positive toward the front.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo and the band.
+    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo or the band.
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         if (offset < -2 * radius_ || offset >= 2 * radius_) return nullptr;
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
@@ -160,8 +160,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // Measures how far the front and back surfaces extend across the band, and averages their colors outside the uncertain
-    // middle. Thin objects have fewer pixels to average.
+    // Measures how far the front and back surfaces extend across the band, and sums their colors outside the uncertain middle. On
+    // thin objects, the middle is narrower, and fewer pixels count.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -171,7 +171,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // Two pixels on each side always count: smoothing the curve may have moved it across them.
+        // Two pixels on each side always count, because smoothing may have moved the curve across them.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);

@@ -1,8 +1,8 @@
 // Estimates how much of each color beside a silhouette comes from the nearer surface, where this share is unknown. Each pixel
 // searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
 // (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
-// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a
-// pixel is pulled to its own estimate.
+// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares. The smaller the error of a pixel's pair, the closer the
+// pixel stays to its own estimate.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,8 +27,8 @@ struct mixture {
     int confidence = 0;  ///< 0 to 8: weight of the estimate in the diffusion; each neighbor has weight 1
 };
 
-/// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
-/// because in textured regions some pair explains every color; the preference was tuned on bench/quality.
+/// Returns the mixture of a foreground and a background sample that is closest to a color. Prefers nearly pure mixtures, because
+/// in textured regions almost any color is a mixture of some pair. The preference was tuned on bench/quality.
 ///
 /// known_alpha  share of the foreground if it is known, else nullptr
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
@@ -50,7 +50,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
+    // Grain alone causes errors of a tenth of the contrast. At half the contrast, the color is not a mixture of the two.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
@@ -89,8 +89,8 @@ public:
     }
 
 private:
-    /// A pixel uses the samples at its nearest silhouette side. It also uses those at the nearest sides of the four pixels at
-    /// this distance, in pixels, along its row and column.
+    /// A pixel uses the color samples at its own nearest silhouette side, and at the nearest sides of four other pixels. These
+    /// are this many pixels away along its row and column.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -130,7 +130,7 @@ private:
         return unmix(color, foregrounds, backgrounds, count, is_known ? &share : nullptr);
     }
 
-    /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
+    /// Connects a pixel to its neighbors in the picture, even across the silhouette, because shares are smooth there. Outside
     /// the band, colors are pure.
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];

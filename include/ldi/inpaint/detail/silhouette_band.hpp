@@ -58,7 +58,7 @@ public:
     /// Samples the colors of both surfaces at every side.
     ///
     /// colors    K x 3
-    /// contrast  minimum distance between distinguishable colors, in 1 / 255
+    /// contrast  minimum Euclidean distance between distinguishable colors, in gray levels
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
             const bool has_both = sample(colors, s.front, s.toward_front, s.foreground) &&
@@ -87,13 +87,13 @@ private:
         }
     }
 
-    /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
-    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a silhouette,
-    /// where colors are mixed.
+    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band, or on a surface
+    /// narrower than the band, to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps
+    /// from a silhouette, where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette, all neighbors may be equally close to it; the walk then continues straight on.
+        // At a corner of the silhouette, no neighbor may be farther from it than the pixel. The walk then goes straight on.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {

@@ -1,5 +1,5 @@
-// Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
-// applied four times, blurs them. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// Color features of texture cells: their high frequencies, and their blurred surroundings. The blur is a 3 x 3 binomial filter
+// over links, applied four times. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -1,6 +1,6 @@
-// Finds the known pixel from which each unknown pixel copies its texture: the randomized search of PatchMatch (Barnes,
-// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009)
-// over the links of a layered image, so that the search never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
+// Finds the known pixel from which each unknown pixel copies its texture. Uses the randomized search of PatchMatch (Barnes,
+// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009).
+// The search follows the links of a layered image, so it never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
 // Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
 #pragma once
 
@@ -39,7 +39,7 @@ public:
 private:
     // Cost of two neighboring cells whose sources are not neighbors; tuned by experiment.
     static constexpr int incoherence = 100;
-    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good sources.
+    // One in `search_interval` cells also samples random sources. Good sources then propagate to its neighbors.
     static constexpr std::uint32_t search_interval = 32;
 
     /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.

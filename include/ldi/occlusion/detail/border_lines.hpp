@@ -1,4 +1,4 @@
-// Measures the slopes of a photo's lines at its border, and selects the pixels of the photo that its surfaces show again past the
+// Measures the slopes of lines at a photo's border, and selects the photo's pixels whose colors its surfaces repeat past the
 // border (occlusion/past_frame.hpp).
 #pragma once
 
@@ -20,9 +20,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// inward.
 class border_lines {
 public:
-    /// color    K x 3
+    /// color   K x 3
     /// inward  direction from this side into the photo
-    /// rim      width of the rim at this side (detail/photo_rim.hpp)
+    /// rim     width of the rim at this side (detail/photo_rim.hpp)
     border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inward, std::int32_t rim)
         : graph_(g),
           color_(color),
@@ -51,10 +51,10 @@ public:
         return result;
     }
 
-    /// Appends the rim's sources at the border pixel `start`, inner side first, then those of the `count` pixels past the border.
-    /// A source is the pixel whose color is copied. The path of the sources mirrors the photo: it leads inward from the rim,
-    /// along lines of the given slope, and turns back where the surface ends. Returns the number of rim pixels, or 0 if the
-    /// surface ends inside the rim.
+    /// Appends the sources of the rim's pixels at the border pixel `start`, from the innermost outward, then the sources of the
+    /// `count` pixels past the border. The source of a pixel is the pixel whose color it gets. The path of the sources mirrors
+    /// the photo: it leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns
+    /// the number of rim pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -76,7 +76,7 @@ public:
     }
 
 private:
-    static constexpr int depth = 24;              // number of pixels inward that are measured
+    static constexpr int depth = 24;              // number of pixels measured inward from the border or the rim
     static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
     /// Sums of products of two gradients: inward, and along the border.
@@ -91,7 +91,7 @@ private:
         }
     };
 
-    /// Returns the first pixel inside the rim, or no_pixel if the surface ends inside the rim.
+    /// Returns the first pixel beyond the rim, going inward, or no_pixel if the surface ends within the rim.
     std::int32_t pixel_inside(std::int32_t pixel) const {
         for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inward_);
         return pixel;

@@ -50,7 +50,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past this end of the midground, the camera sees the surface behind the midground. nearest_front()
+                // Past this end of the curve, the camera sees the surface behind the midground. The nearest front pixel
                 // determines the parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
@@ -114,7 +114,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows a pixel one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
+    // Grows the surface of a pixel by one step toward side `s`: links the pixel to an existing one of its surface, or adds one.
     void grow(const front_pixel& from, side s) {
         const auto [curve, pixel] = from;
         if (const std::int32_t neighbor = pixels_.neighbor(pixel, s); neighbor != no_pixel) {
@@ -155,9 +155,9 @@ private:
         created_.push_back({curve, made});
     }
 
-    // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If the origin
-    // of `pixel` leaves more room beyond a hidden neighbor than the neighbor's own origin, the neighbor continues the surface at
-    // that origin and grows again.
+    // The first origin from which growth reaches a pixel is not always the one from which growth may continue farthest. If the
+    // origin of `pixel` leaves more room beyond a hidden neighbor than the neighbor's own origin, the neighbor adopts this origin
+    // and grows again.
     void improve_origin(std::size_t curve, std::int32_t pixel, std::int32_t neighbor) {
         const std::int32_t origin = pixels_.origin(pixel), before = pixels_.origin(neighbor);
         const std::int32_t x = pixels_.x(neighbor), y = pixels_.y(neighbor);
@@ -168,9 +168,8 @@ private:
         created_.push_back({curve, neighbor});
     }
 
-    // Joins hidden surfaces at similar depth. Links the surface of `pixel` to a surface at `position` that has no neighbor on
-    // that side yet. Returns whether growth ends: it ends if it made a link, or at a hidden surface at similar depth to which no
-    // link is possible.
+    // Joins surfaces at similar depth: links `pixel` to a pixel at `position` that has no neighbor on the side toward `pixel`.
+    // Returns whether growth ends. It ends after a link, and at a hidden surface at similar depth to which no link is possible.
     bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_joined_step * surface_.max_step;
@@ -247,10 +246,10 @@ private:
     }
 
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
-    // line from the curve's end behind the front surface. It is as long as the surface grows at that end: a surface that grows
-    // farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the curve, a value tuned by
-    // experiment. Steps from outside may cross it: they come from the other side of a narrow front, or have passed the line. A
-    // step that meets the same surface outside, as between the lines of two curves, may cross it, too.
+    // line that leads from the curve's end behind the front surface. The line is as long as the surface grows at that end, so a
+    // surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction, a value
+    // tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow front, or
+    // around the line. Steps that meet the same surface outside, for example between the lines of two curves, are also allowed.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -274,7 +273,7 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    float parallax_ = 0.0F;                // maximum parallax in pixels of a disparity of 1
+    float parallax_ = 0.0F;                // maximum parallax, in pixels, of a disparity difference of 1
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it

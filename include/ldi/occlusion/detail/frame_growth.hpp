@@ -18,7 +18,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upward or downward.
+/// continues past it. Then each pixel of the first and the last row, old or new, continues upward or downward.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -104,9 +104,9 @@ private:
     struct line {
         std::int32_t first, last, left, right;
     };
-    /// A column of `reach` new pixels above or below the photo. It continues a pixel of the photo's first or last row, or of the
-    /// row's continuation to the left or right. `source` is that pixel or, in the continuation, the pixel that it shows. `border`
-    /// is the border pixel whose disparity the column gets.
+    /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
+    /// row. `source` is that old pixel, or the old pixel that the new pixel shows. `border` is the border pixel whose disparity
+    /// the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -126,14 +126,14 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The runs begin with the
-    /// disparities of `pixel` and `other`.
+    /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The first pixels of the
+    /// runs have the disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
     }
 
-    /// Sets `lines` to the runs of row y, in canonical order with their continuations.
+    /// Sets `lines` to the runs of row y, in the canonical order of the continued runs.
     void find_lines(std::int32_t y, buffer<line>& lines) const {
         lines.clear();
         for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
@@ -221,8 +221,8 @@ private:
         return beside;
     }
 
-    /// Sets `runs` to the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first
-    /// column of a run and the column after its last one.
+    /// Sets `runs` to the runs of columns that reach the given distance from the photo, in canonical order. Each pair contains
+    /// the first column of a run and the column after its last one.
     void find_runs(std::int32_t distance, const buffer<column>& columns,
                    buffer<std::pair<std::int32_t, std::int32_t>>& runs) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };

@@ -16,7 +16,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class frame_pixels {
 public:
     frame_pixels() = default;
-    /// old     the layered image before it continues
+    /// old     graph of the layered image before its continuation
     /// margin  width of the new lattice's margin on each side
     /// count   number of old and new pixels
     frame_pixels(const graph_view& old, std::int32_t margin, std::size_t count)

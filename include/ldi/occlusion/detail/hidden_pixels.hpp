@@ -1,5 +1,5 @@
-// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that growth costs only the
-// new pixels. At the end, one pass merges both into canonical order.
+// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that the cost of growth
+// depends only on the number of new pixels. At the end, one pass merges both into canonical order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -135,7 +135,7 @@ private:
     // Returns all pixels in canonical order (core/canonical_order.hpp), as a list of pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
-                                         0);  // per row: number of hidden pixels that start a run, later their first index
+                                         0);  // per row: number of hidden pixels that start a run, then index in hidden_starts
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
             if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
         for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];

@@ -41,7 +41,7 @@ private:
     static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
     static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
-    /// Whether the known pixels at a distance from a side have nearly one color.
+    /// Whether the known pixels at the given distance from a side have nearly the same color.
     bool has_one_color(side inward, std::int32_t distance) const {
         std::array<double, 3> mean{};
         double count = 0, deviation = 0;

@@ -46,8 +46,9 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// Returns the color of the surface that the photo may mix into this pixel: the most different color among the pixels
-    /// within `reach` whose own source is not `photo`. Returns the pixel's own color if there is none.
+    /// Returns the color of the other surface that may be mixed into this pixel. Among the photo's colors within `reach`, at
+    /// pixels whose own source is not `photo`, it is the color that differs most from the pixel's own color. Returns the pixel's
+    /// own color if there is no such pixel.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -108,7 +109,7 @@ private:
             }
     }
 
-    std::int32_t left_, top_;  // position of the first pixel in the photo
+    std::int32_t left_, top_;  // position of pixel (0, 0) in the photo
     std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
