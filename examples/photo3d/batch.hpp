@@ -80,7 +80,7 @@ public:
         const bool has_own_names = a.output.empty() && a.html.empty() && a.report.empty();
         if (!a.html.empty() || (has_own_names && std::filesystem::exists(a.viewer, ignored))) viewer_.emplace(a.viewer);
         if (!a.gallery.empty()) gallery_.emplace(a.gallery, a.viewer);
-        budget_.emplace(a.memory);  // counts the memory in use: comes after all objects that live as long as the batch
+        budget_.emplace(a.memory);  // counts the memory in use, so all objects that live as long as the batch must exist already
     }
 
     /// Converts all photos; the exit code says whether any failed.

@@ -233,7 +233,7 @@ private:
     bool is_quiet_;
 };
 
-/// Rejects options for single photos, and makes the named folders.
+/// Rejects options that apply only to single photos, and creates the folders that options name.
 inline void check_batch_options(const arguments& a) {
     const auto refuse = [](const std::string& option) {
         raise(error_code::invalid_option, option, "one photo, without --batch", "a batch");

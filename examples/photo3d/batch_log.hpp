@@ -69,7 +69,7 @@ public:
 
     /// Prints the summary.
     ///
-    /// left_out  number of files in folders that are not photos by their names
+    /// left_out  number of entries of folders that are not files with a photo's extension
     void finish(std::size_t left_out) {
         const std::lock_guard lock(mutex_);
         if (quiet_) return;

@@ -23,7 +23,7 @@ public:
         changed_.notify_all();
     }
 
-    /// Waits for a value; empty once the channel is closed and empty.
+    /// Waits for a value. Returns an empty optional once the channel is closed and has no more values.
     std::optional<T> pop() {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [this] { return !values_.empty() || is_closed_; });

@@ -66,7 +66,7 @@ struct position_grid {
 };
 
 /// Projects two positions from the photo's camera, at the origin, onto the plane at distance 1. Returns the larger of the
-/// horizontal and the vertical distance of both projections.
+/// horizontal and the vertical distance between the two projections.
 inline float seen_apart(const float* a, const float* b) {
     return std::max(std::abs(a[0] / a[2] - b[0] / b[2]), std::abs(a[1] / a[2] - b[1] / b[2]));
 }
@@ -103,23 +103,23 @@ template <class Scalar>
 compressed_stream compress_column(const std::vector<Scalar>& values, std::size_t stride) {
     compressed_stream result;
     result.stride = stride, result.count = values.size() * sizeof(Scalar) / stride;
-    meshopt_encodeVertexVersion(0);  // the only version in the extension
+    meshopt_encodeVertexVersion(0);  // the only version that the extension supports
     result.bytes.resize(meshopt_encodeVertexBufferBound(result.count, stride));
     result.bytes.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(result.bytes.data()), result.bytes.size(),
                                                    values.data(), result.count, stride));
     return result;
 }
 
-/// Compresses positions as integers on the grid. A vertex has four, the last of which is 0, because its size must be a multiple
-/// of 4 bytes.
+/// Compresses positions as integers on the grid. Each vertex has a fourth integer, 0, because its size must be a multiple of 4
+/// bytes.
 inline compressed_stream compress_positions(const std::vector<float>& positions, const position_grid& grid) {
     std::vector<std::uint16_t> places(positions.size() / 3 * 4);
     for (std::size_t i = 0; i < positions.size(); ++i) places[i / 3 * 4 + i % 3] = grid.place(positions[i], i % 3);
     return compress_column(places, 8);
 }
 
-/// Compresses floats that share an exponent per vertex and have as few bits as `precision` allows. Replaces `positions` by the
-/// decoded values. For scenes whose depth range is too large for a grid.
+/// Compresses positions as floats with as few bits as `precision` allows; the coordinates of a vertex share an exponent. Replaces
+/// `positions` with the decoded values. For scenes whose depth range is too large for a grid.
 inline compressed_stream compress_positions(std::vector<float>& positions, float precision) {
     const std::size_t count = positions.size() / 3;
     std::vector<std::uint32_t> filtered(positions.size()), decoded;
@@ -143,7 +143,7 @@ inline compressed_stream compress_positions(std::vector<float>& positions, float
 inline compressed_stream compress_triangles(const primitive_geometry& g) {
     compressed_stream result;
     result.stride = g.vertex_count() < 65536 ? 2 : 4, result.count = g.triangles.size(), result.mode = "TRIANGLES";
-    meshopt_encodeIndexVersion(1);  // the only version in the extension
+    meshopt_encodeIndexVersion(1);  // the only version that the extension supports
     result.bytes.resize(meshopt_encodeIndexBufferBound(result.count, g.vertex_count()));
     result.bytes.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(result.bytes.data()), result.bytes.size(),
                                                   g.triangles.data(), result.count));

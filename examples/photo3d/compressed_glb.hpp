@@ -1,5 +1,5 @@
-// Compresses a GLB file to a third to two thirds of its size: `photo3d --compress`. Geometry uses EXT_meshopt_compression on the
-// grid of KHR_mesh_quantization, the texture EXT_texture_webp. Everything else in the file's JSON stays unchanged.
+// Compresses a GLB file to a third to two thirds of its size: `photo3d --compress`. The geometry uses EXT_meshopt_compression on
+// the grid of KHR_mesh_quantization. The texture uses EXT_texture_webp. Everything else in the file's JSON stays unchanged.
 #pragma once
 
 #include "compressed_geometry.hpp"
@@ -24,7 +24,8 @@
 namespace ldi::examples {
 
 struct compression_options {
-    /// Maximum shift of a vertex in the photo camera's view, at distance 1: a tenth of a pixel for a focal length of 2000.
+    /// Maximum shift of a vertex in the photo camera's view, measured in the plane at distance 1. The default is a tenth of a
+    /// pixel for a focal length of 2000 pixels.
     float precision = 5e-5F;
     /// The textures as WebP files of the same size, in order. If empty, the textures stay.
     std::span<const std::vector<std::byte>> webp;
@@ -39,7 +40,7 @@ struct compression_options {
 /// glb  result of encode_glb(). Raises invalid_data for another file
 std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const compression_options& options = {});
 
-/// Adds one mesh's geometry, on common grids, to the packer, and its accessors to the JSON.
+/// Rounds the geometry of one mesh to common grids, adds it to the packer, and updates the accessors in the JSON.
 class mesh_packer {
 public:
     mesh_packer(glb_json& content, glb_packer& packer, float precision)
@@ -141,8 +142,8 @@ private:
     std::set<std::size_t> replaced_;
 };
 
-/// Adds the textures to the file. With WebP textures, also adds the name of their glTF extension to `used`, and to `required` if
-/// the file can't be shown without it.
+/// Adds the textures to the file. With WebP textures, also adds the name of their glTF extension: to `required` if the file can't
+/// be shown without the extension, otherwise to `used`.
 inline void pack_textures(glb_json& content, glb_packer& packer, std::span<const std::span<const std::byte>> textures,
                           const compression_options& options, std::vector<std::string>& used,
                           std::vector<std::string>& required) {

@@ -65,7 +65,7 @@ inline std::size_t total_bytes(const std::vector<std::vector<std::byte>>& files)
 
 /// Returns the plain GLB, or a compressed one.
 ///
-/// files         its textures
+/// files         textures of the plain GLB
 /// focal_length  focal length of the camera in pixels
 inline written_glb compressed(std::span<const std::byte> plain, const texture_files& files, [[maybe_unused]] float focal_length,
                               const compression_choice& c) {
@@ -73,8 +73,8 @@ inline written_glb compressed(std::span<const std::byte> plain, const texture_fi
     const std::size_t jpeg_bytes = total_bytes(files.jpeg);
     if (!c.is_wanted) return {{plain.begin(), plain.end()}, jpeg_bytes};
 #if defined(LDI_WITH_COMPRESSION)
-    // A tenth of a pixel. Compared with renderings of the plain file, renderings then have a PSNR of 50 dB; the texture's JPEG or
-    // WebP alone causes a larger error.
+    // A tenth of a pixel. Renderings of the compressed file then have a PSNR of 50 dB to those of the plain file. The texture's
+    // JPEG or WebP alone causes a larger error.
     compression_options options;
     options.precision = 0.1F / focal_length;
     options.webp = files.webp, options.keeps_texture = c.texture == "both";

@@ -14,9 +14,9 @@
 
 namespace ldi::examples {
 
-/// Returns the folder of the program's data. If the folder that contains the program, or share/ldi in it, has the weights (an
-/// unpacked archive), returns that folder. Otherwise returns a folder at a fixed path relative to the program, so that an
-/// installed tree can be moved as a whole; in a build tree, that folder has links to the sources.
+/// Returns the folder of the program's data. In an unpacked archive, the weights are in the program's own folder or in share/ldi
+/// below it; returns whichever of the two has them. Otherwise returns a folder at a fixed path relative to the program, so that
+/// an installed tree can be moved as a whole. In a build tree, this folder contains links to the sources.
 ///
 /// program  the command that started the program
 inline std::filesystem::path data_folder(const char* program) {
@@ -27,7 +27,7 @@ inline std::filesystem::path data_folder(const char* program) {
     return (beside / LDI_DATA_FROM_PROGRAM).lexically_normal();
 }
 
-/// Folders that are searched for weights without an option.
+/// Folders that are searched for weights that no option names.
 class model_folders {
 public:
     static constexpr const char* variable = "LDI_MODELS";

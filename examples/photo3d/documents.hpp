@@ -77,7 +77,7 @@ inline std::string bash_completion(const CLI::App& app) {
            "' -- \"$current\")\n    fi\n}\ncomplete -o default -F _photo3d photo3d\n";
 }
 
-/// Quotes text for a shell, and also escapes the characters in `also`, which have a special meaning there.
+/// Quotes text for a shell. Also escapes the characters in `also`, which have a special meaning in the shell's completions.
 inline std::string quoted(std::string_view text, std::string_view also) {
     std::string result = "'";
     for (const char c : text) {

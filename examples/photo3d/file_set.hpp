@@ -1,13 +1,13 @@
-// Files that appear under their names together, each complete, or not at all. They are written to a temporary folder beside
-// their targets, flushed to the disk, and then renamed. Existing targets stay unchanged until all files are complete, and are
-// restored if one of the files can't be put in its place.
+// A set of files. Either all of them appear under their names, each complete, or none does. They are written to a temporary
+// folder beside their targets, flushed to the disk, and then renamed. Existing targets stay unchanged until all files are
+// complete, and are restored if one of the files can't be put in its place.
 //
 // Symbolic links are followed, and permissions and owner are kept. If renaming would lose something (a file with hard links, or
 // an owner that can't be set on a new file), the old file is overwritten; meanwhile its old and new content are kept beside it
 // in a folder .ldi-NUMBER.recover, in case of a power failure. Devices and pipes, which can't be replaced, are written directly.
 //
-// A killed process can't clean up: the next set that writes to the same folder does. A process that is killed during the
-// renames, which take microseconds, leaves some files new and others old, each of them complete.
+// A killed process can't remove its temporary files. The next set that writes to the same folder removes them. A process that is
+// killed during the renames, which take microseconds, leaves some files new and others old, each of them complete.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -40,23 +40,23 @@ public:
     /// Registers an input file, which must not be written. Ignores missing files.
     void protect(const std::filesystem::path& input);
 
-    /// Registers a file that will be written, so that problems are reported before the work. Raises invalid_option for an empty
-    /// name, and for a file that is already protected or claimed, under any name; file_access.
+    /// Registers a file that will be written, so that problems are reported before the work starts. Raises file_access;
+    /// invalid_option for an empty name, and for a file that is already protected or claimed, under any name.
     void claim(const std::filesystem::path& target);
 
-    /// Writes a file, which appears with commit(). Raises unavailable, canceled, and the errors of claim() unless it was
-    /// claimed.
+    /// Writes a file, which appears with commit(). Raises unavailable, canceled, and, unless the file was claimed, the errors of
+    /// claim().
     void write(const std::filesystem::path& target, std::span<const std::byte> bytes);
 
     /// Returns a name under which another program can write a file that appears with commit(). Raises the errors of write().
     std::filesystem::path reserve(const std::filesystem::path& target);
 
-    /// Makes a folder and its parents. Removes new folders unless the set is committed. Raises file_access, unavailable,
-    /// canceled.
+    /// Makes a folder and its parents. New folders are removed again unless the set is committed. Raises file_access,
+    /// unavailable, canceled.
     void create_folder(const std::filesystem::path& folder);
 
-    /// Puts all files in place. Raises file_access, unavailable, canceled; then everything is as before, except for devices and
-    /// pipes.
+    /// Puts all files in place. Raises file_access, unavailable, canceled. After an error, everything is as before, except for
+    /// devices and pipes.
     void commit();
 
     /// Removes all files that are not in place yet. A thread that waits for signals calls this while another thread writes;
@@ -66,7 +66,7 @@ public:
 private:
     enum class way { rename, overwrite, direct };
     struct entry {
-        std::filesystem::path given, place;  ///< place: without links
+        std::filesystem::path given, place;  ///< place: `given` with symbolic links resolved
         way put = way::rename;
         std::size_t staging = 0;  ///< index of the folder that contains the file as `name`, and the old file as name + ".old"
         std::string name;

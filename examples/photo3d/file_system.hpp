@@ -59,7 +59,7 @@ private:
     int number_ = -1;
 };
 
-/// A lock on a folder that ends at the latest with the process, even if the process is killed.
+/// A lock on a folder. The lock ends no later than the process, even if the process is killed.
 class folder_lock {
 public:
     folder_lock() = default;
@@ -67,7 +67,7 @@ public:
     folder_lock(const std::filesystem::path& folder, bool may_wait)
         : folder_(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW),
           is_held_(folder_.number() >= 0 && ::flock(folder_.number(), may_wait ? LOCK_EX : LOCK_EX | LOCK_NB) == 0) {}
-    /// False also if the file system does not support locks.
+    /// Whether this object holds the lock. Also false if the file system does not support locks.
     bool is_held() const { return is_held_; }
     /// Whether the folder still has this name, and belongs to the user of this process.
     bool is_own(const std::filesystem::path& name) const {
@@ -81,7 +81,7 @@ private:
     bool is_held_ = false;
 };
 
-/// Excludes other holders of a file_lock on the same file; waits for them.
+/// An exclusive lock on a file. The constructor waits until no other file_lock holds the file.
 class file_lock {
 public:
     explicit file_lock(const std::filesystem::path& path) : file_(path, O_WRONLY) { ::flock(file_.number(), LOCK_EX); }
@@ -151,7 +151,7 @@ inline int copy_ownership(const std::filesystem::path& from, const std::filesyst
 
 #endif
 
-/// Overwrites an existing file with the content of another, so that its hard links also change.
+/// Overwrites an existing file with the content of another, so that all hard links of the file show the new content.
 inline int overwrite(const std::filesystem::path& path, const std::filesystem::path& content) {
     errno = 0;
     std::ifstream from(content, std::ios::binary);

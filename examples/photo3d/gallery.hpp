@@ -21,7 +21,7 @@
 
 namespace ldi::examples {
 
-/// The gallery of a batch. Names of files in it are relative to its page, so a folder can be moved as a whole.
+/// The gallery of a batch. The page refers to files by names relative to the page, so a folder can be moved as a whole.
 class gallery {
 public:
     /// page    the file to write; a folder for small pictures of the photos is made beside it
@@ -58,7 +58,7 @@ public:
     /// Adds a photo, from any thread.
     ///
     /// index  place in the batch
-    /// error  the reason for which there is no 3D photo; empty if there is one
+    /// error  message if the conversion failed; otherwise empty
     void add(std::size_t index, const photo_files& names, const std::string& error) {
         nlohmann::ordered_json entry{{"title", names.photo.filename().string()}};
         if (!error.empty()) {

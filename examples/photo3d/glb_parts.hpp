@@ -53,7 +53,7 @@ public:
         return binary_.subspan(first, bytes);
     }
 
-    /// Reads all numbers of an accessor, which must have this type in the file.
+    /// Reads all numbers of an accessor. Its type in the file must match the arguments.
     template <class Scalar>
     std::vector<Scalar> values(const glb_json& index, int component_type, std::size_t components) const {
         const glb_json& accessor = content.at("accessors").at(index.get<std::size_t>());

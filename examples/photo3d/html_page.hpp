@@ -41,7 +41,7 @@ public:
     /// title     plain text
     /// photo     H x W x 3
     /// is_whole  whether surfaces continue past the photo's border, so that the page can show the whole photo
-    /// snippet   text that puts the photo into other pages, which the page offers to copy; empty: none
+    /// snippet   HTML that shows the photo in other pages; the page offers it for copying. Empty: none
     std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb,
                            bool is_whole, std::string_view snippet = {}) const;
 
@@ -104,7 +104,7 @@ inline std::string in_url(std::string_view name) {
     return url;
 }
 
-/// Encodes the photo as a JPEG of some ten kilobytes.
+/// Encodes the photo as a JPEG of a few tens of kilobytes.
 inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
@@ -120,7 +120,7 @@ inline std::string element_size(const image<std::uint8_t>& photo, bool is_whole)
            (is_whole ? "" : " frame=\"crop\"");
 }
 
-/// Returns the lines that show a 3D photo in any page beside its files.
+/// Returns the lines of HTML that show a 3D photo in a page that lies beside the photo's files.
 ///
 /// glb, poster  names of the files, relative to the page
 inline std::string embedding_snippet(std::string_view title, const std::string& glb, const std::string& poster,

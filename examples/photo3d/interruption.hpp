@@ -37,7 +37,7 @@ public:
     interruption& operator=(const interruption&) = delete;
     ~interruption() { SetConsoleCtrlHandler(&interruption::end, FALSE); }
 
-    /// Does not return after Ctrl-C: failures after it are its consequence and need no message.
+    /// Does not return after Ctrl-C. Later failures are its consequence and need no message.
     void end_if_signaled() const {
         while (is_ending_) Sleep(INFINITE);
     }
@@ -55,11 +55,11 @@ private:
 
 #else
 
-/// The program that currently writes a file for this one, or 0.
+/// Process ID of the program that currently writes a file for this one, or 0.
 inline std::atomic<pid_t> helping_process{0};
 
 /// While this object exists, a signal discards the unfinished files before it ends the program. Create it before other threads,
-/// so that they leave signals to its thread.
+/// so that these inherit the blocked signals and only its own thread handles them.
 class interruption {
 public:
     /// discard  called on a separate thread while others work; no file may be written after it
@@ -82,7 +82,7 @@ public:
         thread_.join();
     }
 
-    /// Does not return if a signal arrived: failures after it are its consequence and need no message.
+    /// Does not return after a signal. Later failures are its consequence and need no message.
     void end_if_signaled() const {
         while (is_ending_) pause();
     }

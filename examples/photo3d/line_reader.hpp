@@ -9,7 +9,7 @@
 
 namespace ldi::examples {
 
-/// Reads lines. Throws an error if memory runs out, where std::getline() behaves as at the end of the file.
+/// Reads lines. Throws an error if memory runs out. std::getline() would then behave as at the end of the file.
 class line_reader {
 public:
     /// Longer lines are truncated.

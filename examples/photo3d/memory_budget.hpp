@@ -1,8 +1,8 @@
-// Predicts the memory that a photo needs from its file's header, before it is decoded, and admits photos as far as memory
-// allows.
+// Predicts from a photo file's header, before decoding, how much memory the photo needs, and admits photos while they fit in
+// memory.
 //
-// The figures are measured: peaks of whole runs over 35 photographs, processed at 0.15 to 9.4 megapixels, and over one of 16
-// megapixels in every file format, processed at 256 pixels. `bench/batch/run.sh` checks that whole batches stay within their
+// The figures are measured peaks of whole runs: over 35 photographs processed at 0.15 to 9.4 megapixels, and over a photograph of
+// 16 megapixels in every file format, processed at 256 pixels. `bench/batch/run.sh` checks that whole batches stay within their
 // bounds.
 #pragma once
 
@@ -29,9 +29,11 @@
 
 namespace ldi::examples {
 
-/// Bounds the bytes for showing a photo larger than its layered image: its pixels at that size, a sheet of them, and files.
+/// Returns an upper bound of the bytes that are needed to show a photo larger than its layered image: the photo's pixels at that
+/// size, one sheet, and the files.
 inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, const arguments& a) {
-    // Files of noise have 0.54 bytes per pixel at quality 85 and 2.7 at 100. Three copies exist at once: textures, GLB, page.
+    // Pictures of noise have files of 0.54 bytes per pixel at quality 85, and 2.7 at 100. Three copies exist at once: textures,
+    // GLB, page.
     const double per_shown_pixel = a.quality > 90 ? 12 : 3;
     constexpr std::size_t per_texel = 3, per_texel_compressed = 24;  // measured: 18.3 while WebP is written
     const double shown = static_cast<double>(pixels) * shown_share;
@@ -41,7 +43,8 @@ inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, con
                (a.compression.is_wanted ? per_texel_compressed : per_texel);
 }
 
-/// Bounds the bytes for decoding a photo with its depth maps: one inside, and one that is named or lies beside it.
+/// Upper bounds of the bytes for decoding a photo with its depth maps: the map inside the photo, and the map that an option names
+/// or that lies beside the photo.
 struct decoding_cost {
     std::size_t height = 0, width = 0;  ///< size of the photo
     std::size_t decoding = 0;           ///< bytes for decoding the photo and the maps
@@ -49,7 +52,9 @@ struct decoding_cost {
     std::size_t held_by_maps = 0;       ///< bytes of the decoded maps
     std::size_t in_stages = 0;          ///< bytes of the maps and of the results of the stages that process them
 
-    /// depth  file of its depth map, empty for none. Raises the errors of reading headers
+    /// Raises the errors of reading headers.
+    ///
+    /// depth  file of the photo's depth map; empty if there is none
     decoding_cost(std::span<const std::byte> photo, std::span<const std::byte> depth, const arguments& a, const std::string& name,
                   const std::string& depth_name) {
         const decoding_estimate stored = estimate_photo(photo, a.reading(), name);
@@ -65,8 +70,8 @@ struct decoding_cost {
     }
 };
 
-/// Bounds the bytes that a photo needs, including its files, unless it has far more hidden surfaces than photographs
-/// (metered_memory).
+/// Returns an upper bound of the bytes that a photo needs, including its files. A photo with far more hidden surfaces than
+/// ordinary photographs may need more; metered_memory limits it.
 inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes, const arguments& a) {
     constexpr double per_pixel_of_layers = 92;       // measured: at most 90.6
     constexpr double hidden_share = 0.35;            // more than in any photograph with the default motion
@@ -88,7 +93,7 @@ inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes,
     return in_any_case + file_bytes + std::max(cost.decoding, converting);
 }
 
-/// Admits photos as far as they fit in memory. Memory that the process already uses at construction counts as used.
+/// Admits photos while they fit in memory. Memory that the process already uses at construction counts as used.
 class memory_budget {
 public:
     /// bytes  0: half of the machine's memory
@@ -104,8 +109,8 @@ public:
         raise(error_code::too_large, name, expected(), "one that needs more, because its depth hides large areas");
     }
 
-    /// Waits until `bytes` are free. The sum of this request and of the caller's share must have passed check(), and only one
-    /// thread may call this.
+    /// Waits until `bytes` are free. check() must have accepted the sum of this request and the caller's share. Only one thread
+    /// may call this function.
     void admit(std::size_t bytes) {
         std::unique_lock lock(mutex_);
         released_.wait(lock, [&] { return used_ + bytes <= limit_; });
@@ -186,7 +191,7 @@ private:
 };
 
 /// Memory for the stages of one photo: the unused part of its share, and more while the budget has free memory. The limit
-/// therefore holds even for depth maps with many times the hidden surfaces of photographs.
+/// therefore holds even for depth maps with many times more hidden surfaces than ordinary photographs.
 class metered_memory {
 public:
     /// held  bytes of the share in use outside the stages: files, the photo, depth maps

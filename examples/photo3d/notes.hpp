@@ -1,4 +1,4 @@
-// Notes to the user on a converted photo. A single run prints them, a batch adds them to the photo's line.
+// Notes to the user about a converted photo. A run over one photo prints them; a batch adds them to the photo's line of JSON.
 #pragma once
 
 #include "arguments.hpp"
@@ -12,8 +12,8 @@
 
 namespace ldi::examples {
 
-/// Lists what is unusual about a converted photo and matters to its user. Each note has one or two sentences. Empty for most
-/// photos.
+/// Lists unusual facts about a converted photo that matter to the user. Each note has one or two sentences. Most photos have
+/// none.
 ///
 /// hidden  number of pixels behind the photo
 /// depth   source of the depth

@@ -24,10 +24,10 @@ inline std::string listed(const std::vector<std::string>& words) {
     return text;
 }
 
-/// A rejected value in a message.
+/// Formats a rejected value for a message.
 inline std::string shown(const std::string& given) { return given.empty() ? "an empty text" : given; }
 
-/// Accepts a number in a range. Unlike CLI::Range, uses double for both bounds with options of any type, and rejects "nan".
+/// Accepts a number in a range. Unlike CLI::Range, has bounds of type double for options of any type, and rejects "nan".
 inline CLI::Validator between(double minimum, double maximum) {
     char range[64];
     std::snprintf(range, sizeof range, "%g to %g", minimum, maximum);
@@ -89,7 +89,7 @@ inline CLI::Validator memory_size() {
             "", "memory_size"};
 }
 
-/// Value of "full": no photo has a longer side.
+/// Number that replaces the word "full". No photo has a longer side.
 inline constexpr const char* full_size = "4294967295";
 
 /// Accepts a whole number in a range, or the word "full".

@@ -1,5 +1,5 @@
 // Inputs and outputs of a run: `-` for standard input and output, names derived from the photo's name, and all checks of names
-// that are possible before the work.
+// that are possible before the conversion starts.
 #pragma once
 
 #include "file_set.hpp"
@@ -84,7 +84,8 @@ public:
     /// Returns the set of files, which a signal discards.
     file_set& files() { return files_; }
 
-    /// Protects an input (a file, all files of a folder, or standard input) from being an output, too. Ignores an empty name.
+    /// Registers an input (a file, all files of a folder, or standard input), so that it can't also be an output. Ignores an
+    /// empty name.
     void read_from(const std::filesystem::path& input) {
         std::error_code ignored;
         if (is_standard(input)) files_.protect("/dev/stdin");
@@ -161,14 +162,14 @@ inline void check_page_name(const std::filesystem::path& output) {
     check_ending(output, {".html", ".htm"}, "photo3d writes a web page");
 }
 
-/// Whether this program wrote a file: whether it contains the mark.
+/// Whether this program wrote a file, which then contains the mark.
 inline bool is_own_file(const std::filesystem::path& file, std::string_view mark) {
     const std::vector<std::byte> bytes = read_file(file);
     const char* const text = reinterpret_cast<const char*>(bytes.data());
     return std::string_view(text, bytes.size()).find(mark) != std::string_view::npos;
 }
 
-/// Protects other programs' files from outputs that the user did not name. Raises invalid_option, file_access.
+/// Checks that an output that the user did not name does not replace another program's file. Raises invalid_option, file_access.
 inline void check_own(const std::filesystem::path& output, std::string_view mark, const char* option) {
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(output, ignored) || is_own_file(output, mark)) return;

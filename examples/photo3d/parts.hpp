@@ -1,4 +1,4 @@
-// Parts of the program that it was built without, because their libraries were missing.
+// Lists the optional parts that this build of the program lacks, because their libraries were missing.
 #pragma once
 
 #include <string>

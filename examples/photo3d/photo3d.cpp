@@ -1,4 +1,4 @@
-// photo3d: converts a photo to a 3D photo, a GLB file or an HTML page that shows it.
+// photo3d: converts a photo to a 3D photo, as a GLB file or as an HTML page that shows the 3D photo.
 
 #include "arguments.hpp"
 #include "batch.hpp"
@@ -42,15 +42,15 @@ namespace {
 
 using namespace ldi::examples;
 
-/// The element's module, which lies beside every page of --embed.
+/// Returns the path of the module of the element <photo-3d>, which lies beside every page that --embed writes.
 std::filesystem::path element_beside(const std::filesystem::path& page) { return page.parent_path() / "photo-3d.js"; }
 
-/// Raises file_access.
+/// Reads the module of the element <photo-3d>. Raises file_access.
 std::vector<std::byte> read_element(const std::filesystem::path& viewer) {
     return ldi::read_file(viewer.parent_path() / "photo-3d" / "photo-3d.js");
 }
 
-/// Chooses the names of the files that a page of --embed refers to: its GLB, if none is given, and its poster. Raises
+/// Chooses the names of the files to which the page of --embed refers: the GLB, unless an option names it, and the poster. Raises
 /// invalid_option.
 void name_embedded_files(photo_files& names) {
     if (is_standard(names.html) || is_standard(names.glb))
@@ -168,12 +168,12 @@ void run(const arguments& a, output_files& files) {
         files.write(element_beside(names.html), element);
     }
     if (!names.glb.empty()) files.write(names.glb, encoded.glb);
-    print_results(a, names, report, files);  // before the files appear: a run that fails writes nothing
+    print_results(a, names, report, files);  // before the files appear, because a run that fails must not write any
     files.commit();
 }
 
-/// Adds options that print the manual page or a shell's completions. In their texts, paths of the program's data are relative to
-/// the program.
+/// Adds --generate, which prints the manual page or a shell's completions. In these texts, paths of the program's data are
+/// relative to the program.
 void describe_documents(CLI::App& app) {
     app.add_option_function<std::string>(
            "--generate",

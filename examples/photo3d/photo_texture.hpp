@@ -69,8 +69,8 @@ public:
         for (std::size_t i = 1; i < count(); ++i) use(i, sheet(i, threads));
     }
 
-    /// Draws the 3D photo from a viewpoint, with as much of the texture as a picture of that size can show. gap_colors() fills
-    /// gaps and the area beyond the photo's border.
+    /// Draws the 3D photo from a viewpoint. Uses the sheets only if the picture is larger than the layered image. gap_colors()
+    /// fills gaps and the area beyond the photo's border.
     template <executor Executor>
     rendering draw(const view& from, raster_options options, Executor& threads) {
         rendering seen = draw_surfaces(from, options, threads);

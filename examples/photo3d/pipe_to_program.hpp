@@ -110,8 +110,8 @@ public:
         }
     }
 
-    /// Waits until the program ends. Raises unavailable if it failed, usually because the disk is full; it has then printed a
-    /// message itself.
+    /// Waits until the program ends. Raises unavailable if the program failed, usually because the disk is full. The program has
+    /// then printed its own message.
     void finish() {
         const int status = wait();
         if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)

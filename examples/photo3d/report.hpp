@@ -22,7 +22,7 @@ namespace ldi::examples {
 struct stage_time {
     std::string stage;
     double elapsed = 0;
-    double processor = 0;  ///< of the thread that runs the stages; with one thread, all processor time
+    double processor = 0;  ///< processor time of the thread that runs the stages; with one thread, all processor time
 };
 
 /// Measures the stages.
@@ -31,7 +31,7 @@ public:
     /// quiet  print nothing during the run
     explicit stage_clock(bool quiet) : quiet_(quiet), is_terminal_(is_terminal(stderr)) {}
     ~stage_clock() {
-        if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // ends the line of progress
+        if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // ends the progress line
     }
     stage_clock(const stage_clock&) = delete;
     stage_clock& operator=(const stage_clock&) = delete;
@@ -82,7 +82,7 @@ private:
         std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().stage.c_str(), percent);
     }
 
-    bool quiet_, is_terminal_;  // if the output is not a terminal, a line is written when it is complete
+    bool quiet_, is_terminal_;  // if stderr is not a terminal, each stage's line is printed at its end
     bool is_running_ = false;
     int shown_tens_ = -1;  // tens of percent; -1: nothing yet
     clock::time_point started_;

@@ -13,8 +13,8 @@ namespace ldi::examples {
 /// std::bad_alloc.
 class spare_memory {
 public:
-    /// Reserves memory, unless there is a reserve. Call it at the program's start, and after a failure that the program
-    /// survives.
+    /// Reserves memory, unless a reserve exists. Call this function at the program's start, and again after a failure that the
+    /// program survives.
     static void put_by() {
         std::set_new_handler(give_back);
         if (block_ != nullptr) return;

@@ -28,7 +28,7 @@ inline void set(picture& p, std::size_t x, std::size_t y, const rgb& color) {
     std::copy(color.begin(), color.end(), p.row(y) + 3 * x);
 }
 
-/// Returns distinguishable colors: hues a golden angle apart.
+/// Returns one color per index. Consecutive hues are a golden angle apart, so that the colors are easy to distinguish.
 inline rgb distinct_color(std::size_t index) {
     const float hue = std::fmod(0.618034F * static_cast<float>(index), 1.0F) * 6.0F;
     const auto channel = [&](float offset) {
@@ -77,7 +77,7 @@ inline picture curve_picture(const photo3d& result) {
     return p;
 }
 
-/// Counts for each pixel of the layered image the pixels in front of it.
+/// Returns, for each pixel of the layered image, the number of pixels in front of it.
 inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
     const graph& g = layers.topology();
     buffer<buffer<std::size_t>> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()));
@@ -138,7 +138,7 @@ inline picture wireframe_picture(const photo3d& result) {
     return p;
 }
 
-/// Writes a PNG of every stage to `folder`, which is made if necessary.
+/// Writes a PNG of every stage to `folder`. Creates the folder if necessary.
 inline void save_stage_pictures(const photo3d& result, const std::filesystem::path& folder, output_files& files) {
     files.create_folder(folder);
     const auto save = [&](const std::string& name, const picture& p) { files.write(folder / (name + ".png"), encode_png(p)); };

@@ -32,7 +32,7 @@ struct staging_folder {
 
     void remove() const {
         std::error_code ignored;
-        // Repeats, because a program that writes a file to it may have just created it again.
+        // Repeats, because another program may create a file in the folder at the same time.
         for (int tries = 0; tries < 8 && std::filesystem::exists(path, ignored); ++tries)
             std::filesystem::remove_all(path, ignored);
     }
@@ -72,8 +72,7 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside, b
         // Only the owner may read the folder, because its files may replace private ones.
         std::filesystem::permissions(made.path, std::filesystem::perms::group_all | std::filesystem::perms::others_all,
                                      std::filesystem::perm_options::remove, failure);
-        // A process that searched for abandoned folders just before the lock existed may hold the lock now, and then removes the
-        // folder.
+        // Before this process locks the folder, another one may find it, lock it first, and remove it as abandoned.
         made.lock = folder_lock(made.path, true);
         if (std::filesystem::exists(made.path, failure) && (!made.lock.is_held() || made.lock.is_own(made.path))) return made;
     }

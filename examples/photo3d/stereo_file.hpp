@@ -1,5 +1,5 @@
 // Files of two pictures, one for each eye: JPS (a side-by-side JPEG with a marker segment) and MPO (two consecutive JPEGs; CIPA
-// DC-007, "Multi-Picture Format"). Programs that don't support them read both as plain JPEG.
+// DC-007, "Multi-Picture Format"). Programs that don't support these formats read such files as plain JPEG.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -57,9 +57,9 @@ inline std::vector<std::byte> with_segment(std::span<const std::byte> jpeg, unsi
     return result;
 }
 
-/// Encodes a JPS file. By convention the right eye's picture is on the left, for viewing with crossed eyes or by programs that
-/// support JPS. The marker is an APP3 segment: bytes of media (1: stereo), layout (2: side by side), flags (bit 2: left eye's
-/// picture first) and separation, lowest byte first.
+/// Encodes a JPS file. By convention, the right eye's picture is on the left, for programs that support JPS and for viewing with
+/// crossed eyes. The marker is an APP3 segment with four bytes, lowest first: media (1: stereo), layout (2: side by side), flags
+/// (bit 2: left eye's picture first), and separation.
 inline std::vector<std::byte> encode_jps(const image<std::uint8_t>& left, const image<std::uint8_t>& right, int quality) {
     little_endian_bytes note;
     note.put_text("_JPSJPS_");

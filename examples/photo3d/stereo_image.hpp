@@ -30,7 +30,8 @@ struct stereo_pair {
     float eye_distance = 0;  ///< in units of the photo's space
 };
 
-/// Checks the output before the work. Raises invalid_option for another type of file, and the errors of output_files::claim().
+/// Checks the output's name before the conversion starts. Raises invalid_option for another type of file, and the errors of
+/// output_files::claim().
 inline void check_stereo_image(const std::filesystem::path& file, output_files& files) {
     if (file.empty()) return;
     files.claim(file);
@@ -41,10 +42,10 @@ inline void check_stereo_image(const std::filesystem::path& file, output_files& 
           kind.empty() ? "no extension" : kind);
 }
 
-/// Draws the two views of a scene behind a window at the distance of the nearest surface. The window is at the same place for
-/// both eyes, so that no surface in front of the window is cut off by its edges. The parallax of the farthest surface is a
-/// thirtieth of the width, or the limit of the photo's motion. If surfaces end at the photo's border, the pictures are narrower
-/// than the photo by this parallax, because the border would be visible.
+/// Draws the two views of a scene through a window, which has the same position for both eyes. The window is at the distance of
+/// the nearest surface, so that its edges cut off no surface in front of it. The parallax of the farthest surface is a thirtieth
+/// of the width, or less if the photo's motion limits it. If surfaces end at the photo's border, each picture covers less of the
+/// photo's width, by this parallax, because otherwise the border would be visible.
 template <executor Executor>
 stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Executor& threads) {
     const pinhole_camera camera = texture.camera();

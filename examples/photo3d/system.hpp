@@ -1,5 +1,5 @@
-// The operating system behind the program, apart from files (file_system.hpp) and signals (interruption.hpp): its own path,
-// standard input and output, memory and processor time.
+// Functions of the operating system, except for files (file_system.hpp) and signals (interruption.hpp): the program's command
+// line and path, standard input and output, memory, and processor time.
 #pragma once
 
 #include <algorithm>
@@ -77,7 +77,8 @@ inline bool is_terminal(std::FILE* stream) {
 #endif
 }
 
-/// Reads from standard input: at least one byte, unless it has ended. Returns -1 for a failure, which errno names.
+/// Reads at least one byte from standard input. Returns the number of bytes, 0 at the end of the input, or -1 after a failure,
+/// with errno set.
 inline std::ptrdiff_t read_standard_input(std::span<std::byte> bytes) {
 #if defined(_WIN32)
     return _read(0, bytes.data(), static_cast<unsigned>(std::min(bytes.size(), std::size_t{1} << 20)));
@@ -115,7 +116,8 @@ inline unsigned long process_number() {
 
 /// Returns the path of the running program.
 ///
-/// command  the command that started it, for systems that do not report the path; wrong if the program was found in the PATH
+/// command  the command that started the program, for systems that do not report the path. On these, the result is wrong if the
+///          shell found the program in the PATH
 inline std::filesystem::path path_of_program(const char* command) {
 #if defined(_WIN32)
     std::wstring path(32768, L'\0');

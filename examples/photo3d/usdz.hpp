@@ -27,7 +27,8 @@
 
 namespace ldi::examples {
 
-/// Checks the output before the work. Raises invalid_option for another type of file, and the errors of output_files::claim().
+/// Checks the output's name before the conversion starts. Raises invalid_option for another type of file, and the errors of
+/// output_files::claim().
 inline void check_usdz(const std::filesystem::path& file, output_files& files) {
     if (file.empty()) return;
     files.claim(file);
@@ -124,7 +125,7 @@ private:
     std::string text_;
 };
 
-/// Quotes text on one line.
+/// Quotes text, without its control characters.
 inline std::string usda_string(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
@@ -279,7 +280,7 @@ inline std::string describe_usda(const textured_mesh& mesh, const glb_options& f
            "}\n";
 }
 
-/// Encodes a mesh and its textures as USDZ. Raises too_large from 4 GB on.
+/// Encodes a mesh and its textures as USDZ. Raises too_large for a file of 4 GB or more.
 ///
 /// textures  JPEG files, one for each part of the mesh
 /// facts     as for a GLB file; stored in customLayerData

@@ -99,7 +99,7 @@ inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size
     return command;
 }
 
-/// Reports missing programs and invalid options before the work.
+/// Reports missing programs and invalid options before the conversion starts.
 inline void check_video(const video_options& v, output_files& files) {
     if (!v.depth_map.empty()) {
         files.claim(v.depth_map);
@@ -125,8 +125,8 @@ inline void check_video(const video_options& v, output_files& files) {
     if (camera_paths().count(v.path) == 0) load_key_frames(v.path);
 }
 
-/// Computes the views of all frames at the video's size, cropped so that no frame shows the end of the photo's surfaces. One
-/// view per frame, or two for two eyes, the left one first.
+/// Computes the views of all frames at the video's size, cropped so that no frame shows the end of the photo's surfaces. Returns
+/// one view per frame, or two for a stereo video, the left eye's view first.
 ///
 /// camera  camera that took the photo
 inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera& camera, const video_options& v,

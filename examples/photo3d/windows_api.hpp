@@ -1,4 +1,4 @@
-// Windows' functions without the macros that collide with names of C++: min, max, near, far.
+// Includes the Windows API without the macros that collide with names in C++ code: min, max, near, far, ERROR.
 #pragma once
 
 #define WIN32_LEAN_AND_MEAN

@@ -1,6 +1,6 @@
-// Supports file names in UTF-8 on Windows. libstdc++ converts a UTF-8 name to UTF-16 with the C library's mbrtowc(), which does
-// not support UTF-8 on Windows, but converts the result back to UTF-8. This mbrtowc() decodes UTF-8, so that both directions
-// agree. The linker of a static program prefers it to the C library's.
+// Supports file names in UTF-8 on Windows. libstdc++ converts a name to UTF-16 with the C library's mbrtowc(), which does not
+// support UTF-8 on Windows. In the other direction, libstdc++ converts UTF-16 to UTF-8. The mbrtowc() in this file decodes UTF-8,
+// so that both directions agree. In a static program, the linker prefers it to the C library's function.
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
@@ -10,7 +10,7 @@ static_assert(sizeof(wchar_t) == 2);
 
 extern "C" std::size_t mbrtowc(wchar_t* to, const char* from, std::size_t size, std::mbstate_t* state) {
     static unsigned own;
-    // The second half of a pair of surrogates that the next call returns; 0: none.
+    // The second half of a surrogate pair, which the next call returns; 0 if there is none.
     unsigned pending = 0;
     void* const kept = state != nullptr ? static_cast<void*>(state) : &own;
     if (from == nullptr) return 0;

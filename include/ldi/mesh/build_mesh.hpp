@@ -47,8 +47,8 @@ public:
         chart_ = c.pixels.empty() ? -1 : chart_of_[c.pixels.front()];
     }
 
-    /// Returns the pixel of the selected chart that touches corner (x, y); among several, the one closest to `disparity`.
-    /// Returns no_pixel if no pixel of the chart touches the corner.
+    /// Returns the pixel of the selected chart that touches corner (x, y). If several do, returns the one whose disparity is
+    /// closest to `disparity`; if none does, returns no_pixel.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -67,7 +67,7 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: the pixel of the most recently selected chart that covers it
+    buffer<std::int32_t> shown_;  // per position: its pixel in the most recently selected chart that covers it
 };
 
 inline void check_facts(const photo_facts& facts) {
@@ -186,7 +186,7 @@ private:
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
-        // Hems may lie behind the farthest surface. This lower limit bounds their distance behind it.
+        // Hems may lie behind the farthest surface. This minimum limits how far.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
@@ -241,10 +241,10 @@ visible_surfaces find_visible(const Layers& layers) {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
-///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
-///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface. With the default
-///         tolerances or smaller ones, no camera within facts.motion then sees a gap
+/// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
+///         depth is at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte column. Where a
+///         hidden surface ends at a nearer one of similar depth, a strip extends it up to 4 pixels behind the nearer surface.
+///         With the default tolerances or smaller ones, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts

@@ -32,8 +32,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// pixels.
 struct soft_edge_options {
     float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
-    float max_width = 3.0F;  ///< maximum width, reached where the matte extends far; less than the padding of the atlas
-    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for all
+    float max_width = 3.0F;  ///< maximum width, used where the matte extends far; keep it below the padding of the atlas
+    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
     /// silhouette edges, only the edges with the largest steps in disparity have a strip.
     float max_share = 0.08F;
 };
@@ -68,8 +68,8 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option, mismatch for another order of the pixels or for a chart with two pixels at one position, and too_large
-/// for a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if the pixels are not in canonical order or a chart has two pixels at one position; and
+/// too_large for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -83,7 +83,7 @@ public:
         : flat_(flat), boundary_(boundary), charts_(charts) {}
 
     /// Stores in `to_split` the edges of chart c that must be split so that its outline does not cross itself. With
-    /// `only_fresh`, edges older than the last split are known not to cross each other.
+    /// `only_fresh`, assumes that edges older than the last split do not cross each other.
     void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
@@ -118,7 +118,7 @@ public:
         outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // If none of these edges can be split, the cause lies elsewhere in the chart, so split all its edges.
+            // If none of these edges can be split, the cause lies elsewhere in the chart, so split all edges of its outline.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -203,7 +203,8 @@ public:
 
     /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts
     /// on both sides again. The repair terminates, because fully detailed outlines never cross. The triangulation makes the
-    /// final decision, but it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
+    /// final decision, but it stops at the first conflict. Most crossings are therefore found by crossing_finder and repaired
+    /// before the triangulation.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);

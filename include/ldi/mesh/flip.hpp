@@ -61,8 +61,8 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
         const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // The edge is flipped if the angles at c and d, each between 0 and 180 degrees, sum to more than 180: then the sine of
-        // their sum, `orientation` up to a positive factor, is negative.
+        // The edge is flipped if the angles at c and d, each between 0 and 180 degrees, sum to more than 180. The sine of their
+        // sum is then negative. `orientation` is this sine times a positive factor.
         const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
         const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;

@@ -59,7 +59,7 @@ private:
 /// mesh    result of build_mesh() for these charts and this atlas
 /// layout  result of lay_out_sheets() for these charts and this atlas
 ///
-/// Raises mismatch if they don't fit together, and the errors of check_mesh().
+/// Raises mismatch if the arguments don't fit together, and the errors of check_mesh().
 inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||

@@ -51,7 +51,7 @@ struct chart_outlines {
     buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
     buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
     buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    /// One per pixel: bits 0 to 3 are set if its upper, right, lower, left side is a boundary of its chart.
+    /// One per pixel: bit 0, 1, 2 or 3 is set if the pixel's upper, right, lower or left side is a boundary of its chart.
     buffer<std::uint8_t> boundary_sides;
     buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
@@ -212,8 +212,8 @@ private:
             mean = {};
             const pixel_side following = walk_.next(last, visit);
             if (partner(following) != other) break;
-            // The piece continues if the other chart has the same two sides in a row. Otherwise a third chart or a silhouette
-            // begins here.
+            // The piece continues if the two sides are also consecutive on the boundary of the other chart. Otherwise, a third
+            // chart or a silhouette begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
             forward_.push_back({x, y, mean.value()});
             last = following;

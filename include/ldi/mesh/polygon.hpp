@@ -14,8 +14,8 @@ struct lattice_point {
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// A polygon that consists of chains, with at most 2^28 vertices in total. `next` is the vertex after each vertex, or -1 at the
-/// end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
+/// A polygon that consists of chains, with at most 2^28 vertices in total. `next` stores the successor of each vertex, or -1 at
+/// the end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
 /// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
 /// An outline may touch itself from outside, in vertices and along whole edges. Such a vertex is listed once for each part of
@@ -50,9 +50,9 @@ inline constexpr std::int32_t max_polygon_vertices = 1 << polygon_vertex_bits;
 
 /// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 18, 18 and 28 bits.
 ///
-/// This suffices for every chart, because coordinates are 0 to max_chart_box, and the bounding box has at most max_chart_box^2
-/// pixels, each with at most four vertices: every vertex is the first corner of a side on the way around a pixel, and no two
-/// vertices share a side. 4 max_chart_box^2 = 2^28.
+/// This suffices for every chart. Coordinates are 0 to max_chart_box. Each vertex is the first corner of a pixel side (clockwise
+/// around the pixel), and no two vertices share a side. The bounding box has at most max_chart_box^2 pixels with four sides each,
+/// so a chart has at most 4 max_chart_box^2 = 2^28 vertices.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
     constexpr std::int32_t offset = 1 << 17;
     const std::int64_t event =

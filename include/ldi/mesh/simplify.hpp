@@ -1,5 +1,5 @@
-// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece between
-// two charts is simplified once, so both charts have the same vertices along it and fit together without cracks.
+// Simplifies the boundaries of charts with the Douglas-Peucker algorithm (paper, section "Meshing", Figure "meshing" b). A piece
+// between two charts is simplified once, so both charts have the same vertices along it and fit together without cracks.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -22,8 +22,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct simplify_options {
     /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
     float tolerance = 1.0F;
-    /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
-    /// surface bends.
+    /// Maximum difference in disparity between a corner and the simplified boundary, so that a boundary bends where its surface
+    /// bends.
     float disparity_tolerance = 0.01F;
     /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
@@ -64,7 +64,7 @@ public:
     /// Returns the range [first, second) of the corners that an edge skips.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
-    /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
+    /// Returns the corner farthest from an edge among those that the edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
     /// Splits edges, all at once, at corners that they skip.
@@ -103,7 +103,7 @@ inline void douglas_peucker(const buffer<outline_corner>& points, const simplify
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
-    // A tolerance of zero still drops points on the segment itself, up to the rounding errors below.
+    // Even with a tolerance of 0, points on the segment are dropped. The minimum allows for the rounding errors below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, points.count() - 1});

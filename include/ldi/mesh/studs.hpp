@@ -132,9 +132,9 @@ private:
     /// limit for the whole texture would let a single crease determine the spacing of the chart. The share was tuned by
     /// experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing of up to 24 pixels differs from that of 16,000
-        // slopes by 0.4 pixels on average, and takes an eighth of the time to compute. Each slope spans 8 pixels, and slopes
-        // start at least 61 pixels apart; both numbers were tuned by experiment.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing (up to 24 pixels) differs by 0.4 pixels on
+        // average from the spacing with 16,000 slopes, and takes an eighth of the time to compute. Each slope spans 8 pixels, and
+        // slopes start at least 61 pixels apart; both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -232,8 +232,8 @@ private:
             if (s.present[s.begin] == stud_sampler::absent) continue;
             while (s.end < s.height && s.present[s.end] == stud_sampler::continued) ++s.end;
             if (s.end - s.begin < 2 * options_.clearance) continue;
-            // Vertices lie between rows. The ends are too close to the outline to become vertices, but their samples limit the
-            // error.
+            // Vertices lie between rows. The ends of the profile are too close to the outline to become vertices, but their
+            // samples still count for the error.
             profile_.assign(1, s.samples[s.begin]);
             for (std::int32_t row = s.begin + 1; row < s.end; ++row)
                 profile_.push_back(0.5F * (s.samples[row - 1] + s.samples[row]));

@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
+/// Translucent triangles along silhouettes. Draw them after all other triangles, in the given order (far to near), and without
 /// writing depth. Positions are in the space of the mesh, and texture coordinates refer to its first texture.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3 for W vertices
@@ -78,9 +78,10 @@ void check_triangles(const Mesh& mesh) {
 
 }  // namespace detail
 
-/// Checks a mesh that the caller changed; writers and renderers call it, too. Raises mismatch unless the mesh has as many texture
-/// coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that are not finite, for indices out
-/// of range, and for parts that are not consecutive or that use vertices of other parts. Linear time.
+/// Checks a mesh, for example after the caller changed it. Writers and renderers call this function, too. Raises mismatch unless
+/// the mesh has as many texture coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that
+/// are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of other parts. Linear
+/// time.
 ///
 /// textures  number of textures; mesh.part_count() if any number is valid
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {

@@ -132,8 +132,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
     const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
                         inner || downwards, inner || !downwards};
-    // If two collinear edges overlap, the one with the interior on its left sorts first: the gap between them is empty and
-    // outside.
+    // If two collinear edges overlap, the one with the interior on its left sorts first, so that the empty gap between them
+    // counts as exterior.
     const auto left_of = [](const active_edge& f, const active_edge& g) {
         const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
         return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
@@ -228,7 +228,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     return true;
 }
 
-/// Replaces the edges that end by those that begin.
+/// Replaces the edges that end at this point by the edges that begin here.
 inline void triangulator::replace_edges(const swept_point& p) {
     const std::size_t replaced = (std::min)(p.ending, starting_.size());
     active_edge* const place = status_.begin() + p.first_ending;

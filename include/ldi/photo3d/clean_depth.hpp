@@ -34,8 +34,8 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// Resamples the estimate, h x w x 1, to the photo's resolution. If its resolution is lower, levels its dips, sharpens its edges
-/// and filters it first.
+/// Resamples the estimate, h x w x 1, to the photo's resolution. If the estimate has a lower resolution than the photo, first
+/// levels its dips, sharpens its edges, and filters it.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
@@ -58,7 +58,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
 
 /// A photo at the size of its layered image, and its depth.
 struct cleaned_photo {
-    image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
+    image<std::uint8_t> photo;   ///< H x W x 3, long side at most options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;      ///< H x W x 1, cleaned disparity
@@ -69,7 +69,7 @@ struct cleaned_photo {
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo      H x W x 3, at least one pixel
-/// estimator  a temporary given_disparity is moved from, not copied
+/// estimator  if this is a temporary given_disparity, its map is moved, not copied
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],

@@ -39,7 +39,7 @@ struct photo_columns {
     /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
-    /// Accepts image views, and images and types that convert to views unless they are temporaries.
+    /// Accepts image views. Also accepts images and other types that convert to views, unless they are temporaries.
     template <class... Images>
     requires(sizeof...(Images) == sizeof...(Own) &&
              (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&

@@ -47,13 +47,13 @@ struct photo3d_options {
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
-    /// nothing is multiplied.
+    /// lengths and sizes are not scaled.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
     /// Leveling of dips, off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened
-    /// holes, of up to 11 pixels in views with a long side of 1000 pixels. Meant for depth whose silhouettes a network_decider
-    /// (depth/network_decider.hpp) decides.
+    /// holes of up to 11 pixels, in views with a long side of 1000 pixels. Intended for use with a network_decider
+    /// (depth/network_decider.hpp).
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
@@ -110,8 +110,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
 
 namespace detail {
 
-/// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
-/// photo's resolution.
+/// Returns the maximum distance, after alignment, of silhouettes from the edges that they follow in the photo, in pixels; 0 for a
+/// depth map at the photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }

@@ -1,5 +1,5 @@
-// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep the middle of the photo, at one
-// depth, in the middle of the picture; nearer and farther surfaces move relative to it.
+// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep one point, at the middle of the
+// photo and at the depth in focus, in the middle of the picture. Nearer and farther surfaces move relative to this point.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -48,7 +48,8 @@ view look_at(const pinhole_camera& camera, const std::array<float, 3>& position,
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 
-/// Returns the view at `time` on a path, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
+/// Returns the view at `time` on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options out of
+/// bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
@@ -57,20 +58,20 @@ struct key_frame {
     float time = 0;                          ///< must increase from each key frame to the next
     std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space (core/camera.hpp)
     std::array<float, 3> target{0, 0, -1};   ///< point that the camera looks at
-    float zoom = 1;                          ///< factor of the photo's focal length, above 0
+    float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0
 };
 
-/// Returns the view at `time` on a smooth path through all key frames: the cubic that passes through each with the slope between
-/// its neighbors (Catmull-Rom). Before the first and after the last key frame the camera rests. Raises invalid_option if there
-/// is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside the motion budget; callers clamp
-/// it with within_motion().
+/// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the slope
+/// of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the camera rests.
+/// Raises invalid_option if there is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside
+/// the motion budget; callers clamp it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
-/// Computes a frame that hides the end of the photo's surfaces: the largest centered part of the picture, with the same
-/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the picture, in
-/// [0, 1].
+/// Computes a frame that hides the outer edge of the photo's surfaces: the largest centered part of the picture, with the same
+/// aspect ratio, in which no view sees past this edge, for any disparity from 0 to 1. Returns the frame's size relative to the
+/// picture, in [0, 1].
 ///
-/// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0: they end there
+/// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0 if they end there
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
 /// Crops a view to the middle of its picture, and enlarges this part to the same number of pixels. `size`, above 0, is the part's
@@ -105,7 +106,7 @@ inline float reach_within_motion(const std::array<float, 3>& direction, const pi
     return vector_length(vector_length(x, y), z);
 }
 
-/// Evaluates at `t` the cubic over [0, 1] with the given ends and slopes (Hermite).
+/// Evaluates at `t` the cubic Hermite curve over [0, 1] with the given end values and slopes.
 inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
     const float s = 1 - t;
     return s * s * (1 + 2 * t) * first + t * t * (1 + 2 * s) * last + t * s * (s * slope_first - t * slope_last);

@@ -37,13 +37,13 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
 /// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    // If the camera moves back, n / (n - c_forward) is at most 1, and counts as 1.
+    // If the camera moves back, n / (n - c_forward) is at most 1, so 1 is used instead.
     const float forward = (std::max)(-position[2], 0.0F);
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// Returns the point on the line from the photo's viewpoint to `position` that is nearest to `position` and needs at most
+/// Returns the point nearest to `position`, on the line from the photo's viewpoint to `position`, at which motion_of() is at most
 /// `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {

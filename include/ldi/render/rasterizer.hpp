@@ -43,8 +43,8 @@ struct rendering {
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
 ///           repeat the edge
 ///
-/// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
-/// view (the longer side times samples may be at most 2^19).
+/// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch if the backdrop has another size;
+/// invalid_option for invalid options or an invalid view; and too_large if the view's longer side times samples exceeds 2^19.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});

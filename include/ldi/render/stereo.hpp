@@ -16,8 +16,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Moves a view sideways by `distance`, in units of the photo's space, to the right along its picture's horizontal (negative:
-/// left). For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
+/// Moves a view to the right along the horizontal axis of its picture (negative `distance`: to the left), in units of the photo's
+/// space. For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
 /// picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});

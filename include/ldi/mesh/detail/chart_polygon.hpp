@@ -22,7 +22,7 @@ struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
     buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< per edge: whether the most recent pass made it by splitting another
+    buffer<std::uint8_t> fresh;  ///< per edge: simplified_boundary::is_fresh()
 
     void assign(const chart_outlines& outlines, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();

@@ -34,8 +34,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only the edges with fresh[v] != 0 with all edges. The caller guarantees that no two of
-    /// the remaining edges meet.
+    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that no two of the
+    /// remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -71,7 +71,7 @@ private:
         lattice_point at, from, to;
     };
 
-    /// List entry of an edge, for one of the columns of the plane that the edge touches.
+    /// Entry of a column's list: an edge that touches the column. Columns are vertical strips of the plane.
     struct entry {
         std::int32_t edge, next;
     };

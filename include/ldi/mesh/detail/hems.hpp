@@ -1,7 +1,7 @@
-// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. A hidden surface ends where it meets
-// a hidden surface at similar depth to which it cannot be linked (occlusion/detail/expansion.hpp), and where it meets the photo's
-// surface at the free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different
-// depths, so a moving camera would see a gap between them.
+// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at a hidden surface
+// of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp), and at the photo's surface if it reaches the
+// free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different depths. Without a
+// hem, a moving camera would see a gap between them.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -44,7 +44,7 @@ public:
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
     }
 
-    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all of them are if facts.motion is 0.
+    /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all are.
     buffer<hem> find() {
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
@@ -57,22 +57,23 @@ public:
     }
 
 private:
-    /// Maximum distance in disparity of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees
-    /// past a hem if the parallax of this distance exceeds the hem's width, so narrow hems lie closer to the nearer surface.
+    /// Maximum difference in disparity between a hem and the nearer surface in front of it, as a multiple of
+    /// surface_rule::max_step. A camera sees past a hem if the parallax of this difference exceeds the hem's width, so narrow
+    /// hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
     /// Maximum width in pixels. The texture of a hem is the chart's padding in the atlas, so a hem is no wider than the default
     /// padding.
     static constexpr float max_width = static_cast<float>(padding_options{}.filter_padding);
     static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
                   mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
-    /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
+    /// Distances from an edge at which is_hidden() compares disparities, in pixels; positive distances lie outside the chart.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
 
     struct end {
         std::int32_t corner;  // index in flat_mesh::open_corners
         float disparity;
-        plane_vector from, outward;  // start of the hem, and unit vector out of the chart
+        plane_vector from, outward;  // start of the hem, and unit vector that points out of the chart
     };
     struct hidden_pixel {
         std::int64_t position;
@@ -90,7 +91,7 @@ private:
         return inside ? std::int64_t{y} * graph_.width() + x : -1;
     }
 
-    /// Appends the corners of a piece at which a hidden surface ends.
+    /// Appends to ends_ the corners of a piece at which a hidden surface ends.
     void find_ends(std::int32_t piece) {
         const std::int32_t first = flat_.first_open_corner[piece], last = flat_.first_open_corner[piece + 1] - 1;
         if (last <= first) return;
@@ -103,7 +104,7 @@ private:
             if (normal.length() < 0.5F) normal = before;  // a spike: its edges run in almost opposite directions
             const float length = normal.length();
             if (!(length > 0)) continue;
-            // Several surfaces may share the ends of an open piece; half a pixel along the edge, there is only one.
+            // Several surfaces may share the end corners of an open piece, so start half a pixel along the edge.
             const float step = is_closed || (i > first && i < last) ? 0.0F : i == first ? 0.5F : -0.5F;
             const plane_vector from{nearest_float(corner(i).x) - step * normal.y / length,
                                     nearest_float(corner(i).y) + step * normal.x / length};
@@ -113,7 +114,8 @@ private:
         }
     }
 
-    /// Whether a nearer surface is visible at an end. Simplified outlines may be off by a pixel, so both sides of the edge count.
+    /// Whether a nearer surface is visible at an end. Checks both sides of the edge, because simplified outlines may be off by a
+    /// pixel.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -135,8 +137,8 @@ private:
         std::sort(hidden_.begin(), hidden_.end());
     }
 
-    /// Returns the disparity of the farthest surface at a position, among those at similar depth that are nearer than `disparity`
-    /// or at most `gap` behind it; negative infinity if there is none.
+    /// Returns the disparity of the farthest surface at a position among those of similar depth, which are nearer than
+    /// `disparity` or at most gap * max_step_ behind it. Returns negative infinity if there is none.
     float nearer_surface(std::int64_t position, float disparity) const {
         if (position < 0) return nothing;
         float farthest = nothing;
@@ -151,8 +153,8 @@ private:
         return farthest;
     }
 
-    /// Returns the outer end of the hem at a corner. The hem extends outward as far as nearer surfaces at similar depth, at most
-    /// by width_, and ends behind them.
+    /// Returns the outer end of the hem at a corner. The hem extends outward across nearer surfaces of similar depth, at most by
+    /// width_. Its outer end lies behind these surfaces.
     hem hem_of(const end& e) const {
         hem result;
         float reach = 0;
@@ -167,8 +169,8 @@ private:
         return result;
     }
 
-    /// Moves hems that share a corner to the mean of their outer ends, so that no gap remains between them, unless they point in
-    /// opposite directions.
+    /// Moves hems that share a corner to the mean of their outer ends, so that no gap remains between them. Skips hems that point
+    /// in opposite directions.
     void join(buffer<hem>& hems) const {
         struct sum {
             hem total;
@@ -194,7 +196,7 @@ private:
     array_view<const float> disparity_;
     const image<float>& visible_;
     float max_step_;
-    float parallax_ = 0;  // maximum parallax in pixels of a disparity of 1
+    float parallax_ = 0;  // maximum parallax of a difference in disparity of 1, in pixels
     float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
     buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position

@@ -11,8 +11,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: at least `clearance` pixels of the
-/// row on both sides of this side belong to the pixel's chart.
+/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
+/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)

@@ -96,7 +96,7 @@ private:
     }
 
     /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
-    /// visible there, or if no other surface is.
+    /// visible there, or if only the corner's own surface is.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -130,8 +130,8 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the foreground's share in the colors of the
-    /// background.
+    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the share of foreground color in each background
+    /// pixel.
     float matte_beyond(const outline_corner& c, plane_vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -205,7 +205,7 @@ private:
     float min_step_ = 0;
     buffer<std::int32_t> corners_;  // corners of the piece
     buffer<float> steps_;           // per edge: step in disparity to the surface behind it; 0 if hard
-    buffer<plane_vector> normals_;  // outward normals of its edges
+    buffer<plane_vector> normals_;  // per edge: outward normal
     buffer<plane_vector> rims_;     // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
