@@ -6,7 +6,7 @@
     table.py --processor                     the name of this processor, which bench/run.sh stores with the results
     table.py RESULTS.json --same BEFORE.json a warning unless both were measured on the same processor
 
-Time is the median processor time of the repetitions, except for steps/, which are timed by the clock. The table names the processor, the
+Time is the median processor time of the repetitions, except for steps/, whose time is elapsed time. The table names the processor, the
 revision and the date of the measurement. A spread above 10 % is bold."""
 
 import json

@@ -10,7 +10,7 @@
 #
 #   packaging/release.sh [PART...]          parts: linux windows python npm web; default: all
 #
-# Builds libraries without a static version in Debian from Debian's sources (packaging/libraries.sh). Prints the paths of the files,
+# If Debian has no static version of a library, builds it from Debian's sources (packaging/libraries.sh). Prints the paths of the files,
 # and a line "missing: ..." for each part with missing sources. tests/release/run.sh tests the files.
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

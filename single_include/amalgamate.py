@@ -7,7 +7,7 @@ and those in generic/ wherever an instruction set includes them.
     amalgamate.py --forward DIR    writes DIR/ldi/**/*.hpp instead, each of which includes the committed file, so that a
                                    test suite written for the separate headers runs against it
 
-Fails if include/ldi/ldi.hpp reaches a header neither directly nor through others.
+Fails if there is a header that include/ldi/ldi.hpp includes neither directly nor indirectly.
 """
 
 import argparse

@@ -7,8 +7,8 @@
 # --runs    runs per photo, of which each stage's median is printed; default 5
 # --photos  number of photos for --only ablations; default: the sample and six others
 #
-# Photos, the published depth network and pairs with depth are those of ../shared. The sample replaces missing photos; other missing data
-# skips a part. The output says so.
+# Reads the photos, the published depth network and the pairs with depth from ../shared. The sample replaces missing photos. If other
+# data is missing, the script skips the part that needs it. The output says so.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""3 x 3 convolutions on an image, float32, one thread: times torch's oneDNN, and writes the same convolutions as models for ONNX Runtime.
+"""Times 3 x 3 convolutions of torch's oneDNN on an image (float32, one thread), or writes the same convolutions as models for ONNX Runtime.
 
     dense_convolution.py time WIDTH HEIGHT CHANNELS...           channels and median milliseconds of processor time, line by line
     dense_convolution.py models FOLDER WIDTH HEIGHT CHANNELS...  FOLDER/conv_CHANNELS.onnx

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The peers' form of an 8-bit depth network, from a weight file (include/ldi/nn/dense/quantized_weights.hpp describes the format), with the
-same 8-bit weights and ranges, on the sample at 288 x 384.
+"""Converts a weight file of an 8-bit depth network for the peers, with the same 8-bit weights and ranges. The input is the sample at
+288 x 384. include/ldi/nn/dense/quantized_weights.hpp describes the format of the weight file.
 
     quantized_network.py model FOLDER WEIGHTS     writes FOLDER/network.onnx for ONNX Runtime, and its input FOLDER/photo.f32
     quantized_network.py time FOLDER WEIGHTS      times torch's oneDNN, one thread, and prints the median in milliseconds

@@ -1,7 +1,7 @@
 """Takes the measurements of bench/photo3d/run.sh and bench/compare.sh.
 
     stages.py [--runs N] PHOTO3D                              every stage, beside the paper
-    stages.py [--runs N] --beside OTHER --name NAME PHOTO3D   ratios of every stage to those of another program
+    stages.py [--runs N] --beside OTHER --name NAME PHOTO3D   ratio of every stage's time to that of another program
 
 The stages' times are those of `photo3d --report`. For one thread, they are processor times, which other programs on the machine
 hardly change. If the other program does not report processor times, the elapsed times of both are compared.

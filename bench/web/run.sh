@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# run.sh [ROUNDS]: measures the page of examples/web in headless Chromium and in Firefox on a virtual screen: from the choice of a photo until
-# its 3D photo turns, for the first photo after the page is ready and for the photos after it; the stages, the memory, the download, and the
-# pictures per second of the turning 3D photo. Then compares the depth network in WebAssembly with ONNX Runtime Web and TensorFlow.js
+# run.sh [ROUNDS]: measures the page of examples/web in headless Chromium and in Firefox on a virtual screen: the time from choosing a photo
+# until its 3D photo moves, for the first photo after the page is ready and for later ones; the stages' times, the memory, the download
+# size, and the frame rate of the moving 3D photo. Then compares the depth network in WebAssembly with ONNX Runtime Web and TensorFlow.js
 # (bench/peers/tiefenrausch_webassembly.sh), if ../shared has the published network. Installs missing packages. Ends with
 # "photo to 3D photo D ms, depth ratio D.DD": the median time of photos after the first in Chromium, and our time for the depth network
 # divided by that of the faster peer (0 without a peer).

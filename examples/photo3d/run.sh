@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # run.sh [PHOTO [OPTION...]]: converts PHOTO to a 3D photo: a page for a browser, and a GLB. The default is a photograph in the public
 # domain from a Debian package (a portrait of the astronaut Eileen Collins, NASA). `run.sh cat` and `run.sh cup` convert two others from
-# that package (CC0), `run.sh sample` the ray-cast picture beside this script, without a network. The script installs missing packages,
+# that package (CC0), `run.sh sample` the ray-cast picture beside this script, without a download. The script installs missing packages,
 # builds the program and the viewer, and prints the paths of the page and the GLB on the last two lines. It passes the options to the
 # program (build/photo3d/examples/photo3d --help).
 set -euo pipefail

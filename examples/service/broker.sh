@@ -1,7 +1,7 @@
 # Runs a RabbitMQ broker on a free port, with all its data in one folder. Scripts that need a broker source this file.
 #
 #   start_broker FOLDER    starts the broker, with the data in FOLDER if present; sets broker_url
-#   stop_broker            ends the broker and keeps its data, like a restart of its machine
+#   stop_broker            ends the broker and keeps its data, as a restart of its machine would
 #   remove_broker          ends the broker and the processes that Erlang leaves running
 
 # shellcheck shell=bash disable=SC2034

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Checks that every public function and class of the computing folders has a benchmark in ldi_bench, except those below.
 
-Reads sources only: the names at the start of lines of the headers, and add("FOLDER/NAME... in bench/. A benchmark counts if its
-file also mentions the name as code. The test cannot tell whether the benchmark measures the right thing."""
+Reads only sources: declarations that start in the first column of a header, and names of benchmarks ("FOLDER/NAME...) in bench/. A
+benchmark counts if its file also uses the name in code. The test cannot tell whether the benchmark measures the right thing."""
 
 import re
 import sys

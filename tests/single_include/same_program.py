@@ -3,7 +3,7 @@
 
     same_program.py COMPILER [FLAG...]     FLAG: such as -I, for other libraries' headers
 
-With this compiler, tests of one of them therefore cover the other.
+With this compiler, tests of one header therefore cover the other.
 """
 
 import itertools

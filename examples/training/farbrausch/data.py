@@ -1,4 +1,5 @@
-"""Photographs, crops and augmentation. Data stays uint8 as long as possible, since the training thread also prepares it."""
+"""Photographs, crops and augmentation. Data stays uint8 as long as possible to save time, because the
+training thread also prepares the data."""
 import json
 import os
 
