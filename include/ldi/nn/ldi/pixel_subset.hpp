@@ -56,13 +56,14 @@ inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
               "one of " + std::to_string(subset.row_of().size()));
 }
 
-inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
-    if (pixel == no_pixel) return;
-    const std::int32_t row = subset.row_of()[pixel];
-    if (row == no_pixel)
-        raise(error_code::mismatch, "pixel_subset", "pixel " + std::to_string(pixel) + ", which the plan uses",
-              "a subset without it");
-    pixel = row;
+/// Returns the row of the first of `count` consecutive pixels. Raises mismatch unless the subset contains all of them.
+inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pixel_subset& subset) {
+    const std::int32_t last = first + count - 1, row = subset.row_of()[first], last_row = subset.row_of()[last];
+    if (row == no_pixel || last_row == no_pixel || last_row - row != last - first)
+        raise(error_code::mismatch, "pixel_subset",
+              "pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",
+              "a subset without some of them");
+    return row;
 }
 
 }  // namespace detail
@@ -72,14 +73,17 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
 ///         the inputs of a segment, which the plan does not read
 ///
-/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks a pixel of an irregular window or of
-/// the center column of a segment's first window. Does not check the other pixels of segments.
+/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
     detail::check_graph_of(inputs, parts.input_count);
-    // The pixels of a segment's row remain consecutive, because the subset contains all of them.
-    for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
-    for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
+    const std::int32_t half = parts.kernel_size / 2;
+    for (std::size_t i = 0; i < parts.rows.size(); ++i) {
+        const std::int32_t span = parts.stride * (parts.segments[i / parts.k()].count - 1) + parts.kernel_size;
+        parts.rows[i] = detail::row_of_run(parts.rows[i] - half, span, inputs) + half;
+    }
+    for (std::int32_t& pixel : parts.windows)
+        if (pixel != no_pixel) pixel = detail::row_of_run(pixel, 1, inputs);
     parts.input_count = inputs.size();
     return detail::plan_of(std::move(parts));
 }
@@ -89,13 +93,13 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 ///
-/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels, or lacks an
-/// irregular output or the first output of a segment.
+/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels or lacks an
+/// output.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
     detail::check_graph_of(outputs, parts.output_count);
-    for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
-    for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
+    for (detail::plan_segment& s : parts.segments) s.first = detail::row_of_run(s.first, s.count, outputs);
+    for (std::int32_t& output : parts.irregular) output = detail::row_of_run(output, 1, outputs);
     parts.output_count = outputs.size();
     return detail::plan_of(std::move(parts));
 }
