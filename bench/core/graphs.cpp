@@ -29,7 +29,8 @@ using namespace ldi_bench;
 
 constexpr std::int32_t width = 1152, height = 1536;
 constexpr double graph_bytes = 24;  ///< per pixel: position and four links
-/// Per pixel: reads a link across and one down, writes the parent, and for a quarter of the pixels the coarse pixel.
+/// Per pixel: reads one horizontal and one vertical link, and writes the parent. A quarter of the pixels also write a coarse
+/// pixel.
 constexpr double coarsening_bytes = 4 + 4 + 4 + (graph_bytes + 4) / 4;
 
 ldi::photo_layers grid_layers() { return ldi::photo_layers(ldi::make_grid(width, height)); }
@@ -206,7 +207,7 @@ void add_components() {
         add(std::string("core/connected_components/") + name, [make](benchmark::State& state) {
             const ldi::graph g = make();
             std::size_t found = 0;
-            measure(state, pixels_text(g.size()), {.bytes = 12 * count(g)}, [&] {  // a link across, one up, and the label
+            measure(state, pixels_text(g.size()), {.bytes = 12 * count(g)}, [&] {  // two links and the label
                 ldi::components c = ldi::connected_components(g);
                 found = c.count();
                 return c;
@@ -231,7 +232,7 @@ void add_components() {
     });
 }
 
-/// Scattered blocks of 48 x 64 pixels, in place of a silhouette network's band.
+/// Scattered blocks of 48 x 64 pixels that stand in for the band of a silhouette network.
 ldi::pixel_region disks() {
     ldi::pixel_region_builder region(width);
     for (std::int32_t y = 0; y < height; ++y) {

@@ -58,7 +58,7 @@ const bool registered = [] {
               [](const ldi::image<float>& map) { return ldi::find_step_band(map).region.count(); });
     add_change("depth/merge_middle_components", [](ldi::image<float>& map) { return ldi::merge_middle_components(map); });
     add_change("depth/align_silhouettes", [](ldi::image<float>& map) {
-        ldi::alignment_options options;  // lengths as for an estimate of a quarter of the resolution
+        ldi::alignment_options options;  // lengths for an estimate at a quarter of the photo's resolution
         options.uncertainty *= 4, options.min_length *= 4;
         ldi::align_silhouettes(map, sample().photo, {}, options);
     });

@@ -1,4 +1,4 @@
-// Kernels with rows in the caches, per instruction set of this machine: layers of the shipped depth network (bytes) and of the
+// Kernels on cached rows, for each instruction set of this machine: layers of the shipped depth network (bytes) and of the
 // inpainting network, each named after its shape. Also the plain functions of include/ldi/kernels: resizing, packing,
 // requantization.
 
@@ -28,7 +28,8 @@ using ldi::detail::packed_layer;
 
 constexpr std::size_t wanted_pixels = 64;  ///< pixels of a layer's result per call, as in the network
 
-/// Input and result of a layer. Sizes are those of stored tensors: a depthwise convolution enlarges its input by `repeat`.
+/// Input and result of a layer, with the sizes of the stored tensors. A depthwise convolution first enlarges its input by
+/// `repeat`.
 struct layer_case {
     ldi::tensor_size input, output;
     std::size_t input_channels, repeat;

@@ -3,9 +3,9 @@
 //
 // ldi_bench_networks_farbrausch               a real photo at 1152 x 1536, and the sample, which has more hidden surfaces
 // ldi_bench_networks_farbrausch LONG_SIDE...  the photo at these sizes, one line each, for a plot
-// ldi_bench_networks_farbrausch full-size     beside the full-size PartialConv, as in the paper's table: weights,
-//                                             multiplications, and time on a whole picture of 512 x 512 and on the photo's
-//                                             layers
+// ldi_bench_networks_farbrausch full-size     compared with the full-size PartialConv, as in the paper's table: weights,
+//                                             multiplications, and times on a whole picture of 512 x 512 and on the layers
+//                                             of the photo
 #include <bench/support/converted_photo.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/weight_files.hpp>
@@ -27,7 +27,7 @@
 
 namespace {
 
-// Bytes in buffers, to find the peak.
+// Bytes in buffers now, and their peak.
 std::size_t bytes_now = 0, bytes_peak = 0;
 
 void* counted_allocate(void* /*context*/, std::size_t bytes, std::size_t alignment) {
@@ -51,7 +51,7 @@ ldi::farbrausch network_with(ldi::arithmetic kind) {
     return ldi::load_farbrausch(std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors", kind);
 }
 
-/// Makes the full-size network with random weights: there is no trained one here, and time does not depend on weights.
+/// Makes the full-size network with random weights: no trained weights are available, and time does not depend on them.
 ldi::farbrausch full_size_network(ldi::arithmetic kind) {
     const ldi::inpainting_architecture a = ldi::partial_convolution_architecture();
     ldi::named_tensors weights;

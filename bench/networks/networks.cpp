@@ -41,7 +41,7 @@ double products_of(const ldi::quantized_network::step_description& step) {
     return static_cast<double>(step.dense_products + step.depthwise_products);
 }
 
-/// Runs the whole network in each iteration, and times only one step, by the clock.
+/// Runs the whole network in each iteration, and reports only the time of step `wanted`.
 void depth_step(benchmark::State& state, std::size_t wanted) {
     using clock = std::chrono::steady_clock;
     const ldi::image<std::uint8_t>& rgb = network_photo();

@@ -46,8 +46,8 @@ std::string size_of(const ldi::convolution_plan& plan) {
     return pixels_text(plan.output_count()) + ", " + std::to_string(share).substr(0, share < 100 ? 4 : 3) + " % irregular";
 }
 
-/// none: an ordinary convolution. partial: convolve_partially(), which excludes missing pixels. masked: the same, with a tenth of
-/// the pixels masked, too.
+/// none: an ordinary convolution. partial: convolve_partially(), which excludes missing pixels. masked: like partial, with a
+/// tenth of the pixels masked.
 enum class masking { none, partial, masked };
 
 template <class View>
@@ -331,7 +331,7 @@ void add_elementwise() {
     add("nn/add/16 channels, int8", [](benchmark::State& state) {
         byte_map a = bytes(sample_graph().size());
         const byte_map b = a;
-        // Half of these sums are halves, which float rounds to even, so the kernel adds in integers.
+        // Half of these sums end in .5, which float arithmetic rounds to even, so the kernel adds in integers.
         const ldi::add_u8_constants sum =
             ldi::prepare_add_u8(ldi::best_isa(), ldi::make_quantized_addition(byte_input, byte_input, {0.02F, 128}));
         measure(state, pixels_text(a.pixels()), {.bytes = 3.0 * static_cast<double>(a.values.size())},

@@ -1,5 +1,5 @@
-// Leaves out each of the paper's ideas in turn. Makes the 3D photo without it, counts faults, and draws the place that differs
-// most.
+// Leaves out each of the paper's ideas in turn: makes the 3D photo without the idea, counts faults, and draws the place that
+// differs most.
 #pragma once
 
 #include "photos.hpp"
@@ -62,7 +62,7 @@ inline const std::vector<ablation>& ablations() {
     return all;
 }
 
-/// Paints everything but the charts and, with `keeps_filter_padding`, their filter padding in one gray.
+/// Fills the atlas with one gray, except for the charts and, with `keeps_filter_padding`, their filter padding.
 inline void remove_padding(ldi::texture_atlas& atlas, bool keeps_filter_padding, std::uint8_t gray = 128) {
     const ldi::texel_kind last = keeps_filter_padding ? ldi::texel_kind::diffused : ldi::texel_kind::occluded;
     for (std::size_t i = 0; i < atlas.kind.size(); ++i)
@@ -145,8 +145,8 @@ figures measure(const ldi::photo3d& made, const ldi::photo3d_options& options, b
     return f;
 }
 
-/// Pictures in which the effect of an idea is visible. For layer counts, the photo is darkened, and a position is the bluer the
-/// more hidden pixels it has.
+/// Pictures in which the effect of an idea is visible. For layer counts, the photo is darkened, and positions with more hidden
+/// pixels are bluer.
 inline std::vector<picture> pictures_of(const ldi::photo3d& made, shown by, float motion) {
     std::vector<picture> result;
     if (by == shown::coarse_texture) return {seen_from(made, coarse(made.atlas.color), ldi::view{made.facts.camera})};
@@ -169,7 +169,7 @@ inline std::vector<picture> pictures_of(const ldi::photo3d& made, shown by, floa
     return {std::move(counts)};
 }
 
-/// Crops the place that differs most: left with the idea, right without it.
+/// Crops the place that differs most, with the idea on the left and without it on the right.
 inline picture worst_place(const std::vector<picture>& with, const std::vector<picture>& without) {
     constexpr std::size_t side = 200, step = 20, gap = 8;
     std::size_t best_view = 0, best_x = 0, best_y = 0;

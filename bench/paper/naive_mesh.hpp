@@ -55,8 +55,8 @@ inline ldi::textured_mesh mesh_of_all_pixels(const ldi::photo3d& made) {
     return mesh;
 }
 
-/// Simplifies a mesh to a number of triangles. The error is measured in pixels: across the photo, and in depth by the parallax
-/// of the default motion, so that meshoptimizer optimizes what a viewer sees.
+/// Simplifies a mesh to a number of triangles. Measures errors in pixels of the photo, and errors of depth as parallax under
+/// the default motion, so that meshoptimizer minimizes visible errors.
 inline ldi::textured_mesh simplified(const ldi::textured_mesh& dense, const ldi::photo3d& made, std::size_t triangles) {
     const float parallax =
         ldi::expand_options().motion * static_cast<float>(std::max(made.facts.camera.width, made.facts.camera.height));

@@ -1,4 +1,5 @@
-// Repeats the paper's measurements with paper_options(), beside the paper's figures, as Markdown. Run by bench/paper/run.sh.
+// Repeats the paper's measurements with paper_options(), and prints them as Markdown beside the paper's figures. Run by
+// bench/paper/run.sh.
 #include "ablations.hpp"
 #include "naive_mesh.hpp"
 #include "photos.hpp"

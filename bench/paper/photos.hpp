@@ -26,7 +26,7 @@ struct paper_photo {
     ldi::image<std::uint8_t> photo;
     ldi::given_disparity depth;
     bool is_inverse_depth = true;
-    float quantization_step = 1;  ///< of the network
+    float quantization_step = 1;  ///< ratio of adjacent levels of the network's disparity
 };
 
 inline ldi::photo3d_options paper_options_for(const paper_photo& p) {
@@ -49,7 +49,7 @@ inline ldi::image<std::uint8_t> at_paper_size(const ldi::image<std::uint8_t>& fr
     return ldi::area_resize(middle, rows, columns, one_thread);
 }
 
-/// The sample with its true depth as coarse as a network's: shrunk to 288 x 384, and blurred.
+/// The sample with its true depth at a network's resolution: shrunk to 288 x 384, and blurred.
 inline paper_photo sample_photo() {
     const std::string file = LDI_SOURCE_DIR "/examples/photo3d/sample";
     const ldi::image<float> map = ldi::fill_invalid(ldi::load_depth_map(file + "_depth.png"));

@@ -1,4 +1,4 @@
-// ONNX Runtime on the models that dense_convolution.py writes, one thread:
+// Measures ONNX Runtime on the models that dense_convolution.py writes, on one thread:
 //     node dense_convolution.mjs WIDTH HEIGHT CHANNELS...     prints per line: channels, median milliseconds of processor time
 // Run in a folder with onnxruntime-node and the models.
 import ort from 'onnxruntime-node';

@@ -1,6 +1,6 @@
-// Bytes per pixel of the photo that each stage allocates on the shipped sample, with the inpainting network in 8 bits, and the
-// peak during the stage. A stage writes at least what it allocates. Prints the measured columns of the table "Budget of bytes" in
-// bench/photo3d/README.md.
+// Measures the bytes that each stage allocates for the shipped sample, and the peak during the stage, both per pixel of the
+// photo. The inpainting network runs in 8 bits. A stage writes at least what it allocates. Prints the measured columns of the
+// table "Budget of bytes" in bench/photo3d/README.md.
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/stage_peaks.hpp"
 

@@ -28,7 +28,7 @@ struct bad_place {
     std::string photo;
     std::size_t view = 0;  ///< index in views_beside()
     std::int32_t x = 0, y = 0;
-    std::int64_t score = 0;  ///< pixels of hard borders and of colors of neither surface around it
+    std::int64_t score = 0;  ///< pixels around it with hard borders or with colors that fit neither surface
 };
 
 struct silhouette_faults {
@@ -71,8 +71,8 @@ inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
     return layer;
 }
 
-/// Counts islands: surfaces narrower than 12 pixels of a photo of 1152 that touch a nearer and a farther surface, each along at
-/// least an eighth of the border.
+/// Counts islands: surfaces that touch a nearer and a farther surface, each along at least an eighth of their border, and that
+/// are narrower than 12 pixels of a photo with a long side of 1152.
 inline std::size_t count_islands(const ldi::graph& g, std::span<const ldi::discontinuity_curve> curves) {
     const ldi::components found = ldi::connected_components(g);
     ldi::buffer<std::int32_t> beside_nearer(found.count(), 0), beside_farther(found.count(), 0);
@@ -143,8 +143,8 @@ inline picture marked_atlas(const ldi::photo3d& made, const mask& neither) {
     return result;
 }
 
-/// Returns H x W x 1 over a view: 1 for hard borders between hidden surfaces (both hidden, depth and color step), 2 for visible
-/// colors that fit neither surface, 0 elsewhere.
+/// Returns H x W x 1 over a view: 1 for hard borders between hidden surfaces (both sides hidden, with a step in depth and in
+/// color), 2 for visible colors that fit neither surface, 0 elsewhere.
 template <ldi::executor Executor>
 mask faults_seen(const ldi::photo3d& made, const picture& marks, const ldi::view& from, Executor& threads) {
     ldi::raster_options raster;

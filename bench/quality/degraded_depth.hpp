@@ -1,4 +1,5 @@
-// Simulates a network's depth from true depth, so that the truth stays known: too small, blurred, and displaced.
+// Simulates a network's depth by degrading true depth, so that the truth stays known: makes it smaller, blurs it, and
+// displaces it.
 #pragma once
 
 #include <ldi/core/image.hpp>

@@ -32,7 +32,7 @@ using pixel_set = mask;  // 1 for pixels in the set
 struct depth_quality {
     double delta = unmeasured;        ///< share of pixels within a factor of 1.25 of the truth
     double abs_rel = unmeasured;      ///< mean error of distance, as a share of the distance
-    double rmse = unmeasured;         ///< root mean square error of distance, in median distances
+    double rmse = unmeasured;         ///< root mean square error of distance, in units of the median distance
     double edges = unmeasured;        ///< F1 of edges, with a tolerance of 4 pixels
     double boundaries = unmeasured;   ///< F1 of steps between neighboring pixels, without tolerance
     double silhouettes = unmeasured;  ///< share of the truth's silhouette pixels with an estimated one within 3 pixels
@@ -175,7 +175,7 @@ inline double wrong_order(const map& ours, const map& truth, const pixel_set& kn
     return pairs < 100 ? unmeasured : wrong / pairs;
 }
 
-/// Finds the near pixels of the discontinuities of a 3D photo from this map, at the network's long side.
+/// Makes a 3D photo from this map at the network's long side, and marks the near pixels of its discontinuities.
 ///
 /// photo      H x W x 3
 /// disparity  h x w x 1 of any size
@@ -194,7 +194,8 @@ pixel_set silhouettes_of(const picture& photo, const ldi::image<float>& disparit
     return result;
 }
 
-/// Share of the truth's known silhouette pixels with an estimated one within 3 pixels; unmeasured if there are almost none.
+/// Share of the known true silhouette pixels that have an estimated silhouette pixel within 3 pixels; unmeasured if fewer than
+/// 100 are known.
 ///
 /// known_pixels  of any size
 inline double silhouettes_met(const pixel_set& ours, const pixel_set& truth, const pixel_set& known_pixels) {
@@ -207,7 +208,7 @@ inline double silhouettes_met(const pixel_set& ours, const pixel_set& truth, con
 ///
 /// photo      H x W x 3
 /// disparity  h x w x 1 of any size, above 0: the estimate
-/// step       ratio of neighboring values, depth_estimator's quantization_step()
+/// step       ratio of adjacent levels of disparity, depth_estimator's quantization_step()
 /// truth      H x W x 1, disparity up to scale, NaN where unknown
 template <ldi::executor Executor>
 depth_quality measure_depth(const picture& photo, const ldi::image<float>& disparity, float step, const ldi::image<float>& truth,
@@ -219,7 +220,7 @@ depth_quality measure_depth(const picture& photo, const ldi::image<float>& dispa
         known.data()[i] = truth.data()[i] > 0 ? 1 : 0;
         if (known.data()[i] != 0) values.push_back(static_cast<double>(truth.data()[i]));
     }
-    constexpr double farthest = 20;  // in median distances: larger distances are clamped, in truth and estimate
+    constexpr double farthest = 20;  // in units of the median distance; larger distances are clamped in both maps
     const double least = median(values) / farthest;
     map right = ldi::image<double>(rows, columns);
     for (std::size_t i = 0; i < truth.size(); ++i)

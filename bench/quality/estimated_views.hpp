@@ -73,8 +73,7 @@ estimated_view measure_estimated_view(const subject& s, const std::vector<named_
     return result;
 }
 
-/// Prints the table, and the share of the improvement in mean PSNR from the flat plane to the true depth that each network
-/// achieves.
+/// Prints the table, and for each network, its share of the improvement in mean PSNR from the flat plane to the true depth.
 inline void print_estimated_views(const std::vector<named_network>& networks, const std::vector<estimated_view>& rows) {
     std::printf(
         "\n### Stereo pairs from the left photograph alone\n\nPSNR in dB / SSIM / LPIPS over the frame of the right one.\n\n| "

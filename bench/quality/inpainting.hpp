@@ -1,7 +1,7 @@
-// The paper's measure of inpainting (section "Results", "Inpainting"). The photo is lifted to one layer, which another camera
-// sees as several layers; all but the first are hidden and inpainted. Seen again from the photo's camera, all inpainted pixels
-// are visible and compared with the photo. Inpainting in screen space instead fills the holes of the first layer in that last
-// view.
+// The paper's measure of inpainting (section "Results", "Inpainting"). Lifts the photo to one layer, and converts it to the
+// layers of another camera. The pixels behind the first layer are hidden from that camera, and are inpainted. All of them are
+// visible from the photo's camera, and are compared with the photo. Inpainting in screen space instead fills the holes that
+// the first layer leaves in the photo's view.
 #pragma once
 
 #include "metrics.hpp"
@@ -93,8 +93,8 @@ ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
 
 /// Measures inpainting.
 ///
-/// shift  motion of the nearest surface in pixels. The other camera, whose view is called canonical, is to the left of the
-///        photo's by this much, or to the right if `shift` is negative
+/// shift  motion of the nearest surface in pixels to the right, from the photo's view to that of the other camera, which is
+///        called canonical. The other camera is to the left of the photo's, or to the right if `shift` is negative
 template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {
@@ -173,7 +173,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     return result;
 }
 
-/// Mean advantage of the network on layers over screen space, reprojected, in dB.
+/// Mean advantage in dB of the network on layers over the network in screen space, after reprojection.
 inline double lead(const std::vector<inpainting_result>& rows) {
     ldi::buffer<double> leads;
     for (const inpainting_result& r : rows) leads.push_back(r.network.whole.psnr - r.network_in_screen_space.whole.psnr);

@@ -1,6 +1,6 @@
-// LPIPS: perceptual difference of two pictures (Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of Deep
-// Features as a Perceptual Metric", 2018), version 0.1 on the features of SqueezeNet 1.1 (Iandola et al., 2016). Loops around
-// the library's convolution kernel; lpips_weights.py writes the weights.
+// LPIPS: perceptual difference of two pictures (Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of
+// Deep Features as a Perceptual Metric", 2018), version 0.1 on the features of SqueezeNet 1.1 (Iandola et al., 2016). Consists
+// of loops around the library's convolution kernel. lpips_weights.py writes the weights.
 #pragma once
 
 #include "metrics.hpp"
@@ -124,7 +124,7 @@ public:
         return result;
     }
 
-    /// Returns the map's mean over the counted pixels; 0 if there is none, unmeasured without weights.
+    /// Returns the mean of differences() over the counted pixels; 0 if no pixel is counted, unmeasured without weights.
     double operator()(const picture& a, const picture& b, const mask& where) const {
         if (!has_weights()) return unmeasured;
         const map different = differences(a, b);

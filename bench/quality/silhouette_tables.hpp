@@ -1,5 +1,5 @@
-// Silhouettes of 3D photos, with true depth and with depth degraded as by networks: their position, stretched texture across
-// them, rims beside them, and closed discontinuities.
+// Measures of the silhouettes of 3D photos, with true depth and with depth that is degraded like a network's: position,
+// stretched texture across silhouettes, rims beside them, and closed discontinuities.
 #pragma once
 
 #include "degraded_depth.hpp"
@@ -51,7 +51,7 @@ inline picture marked(picture seen, const mask& band, const mask& stretched) {
     return seen;
 }
 
-/// Marks true silhouettes in green, in yellow where colors differ, and ours in red.
+/// Marks true silhouettes in green, or in yellow where the colors of their surfaces differ, and our silhouettes in red.
 inline picture marked(picture photo, const std::vector<true_side>& truth, const std::vector<side_middle>& ours) {
     const auto paint = [&](const side_middle& m, const std::array<std::uint8_t, 3>& color) {
         for (std::size_t c = 0; c < 3; ++c) photo((m.y - 1) / 2, (m.x - 1) / 2, c) = color[c];

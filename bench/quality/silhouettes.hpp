@@ -18,8 +18,8 @@ namespace ldi_quality {
 inline constexpr double compared_long_side = 1152;  ///< distances refer to photos with this longer side
 
 struct silhouette_distance {
-    double pixels = unmeasured;  ///< median over our sides whose nearest true side has two colors
-    double missed = unmeasured;  ///< share of the true sides with two colors without one of ours within 12 of these pixels
+    double pixels = unmeasured;  ///< median distance of our sides whose nearest true side separates two colors
+    double missed = unmeasured;  ///< share of the true sides between two colors with none of ours within 12 of these pixels
 };
 
 /// Middles of the sides of curves in a photo `width` pixels wide.

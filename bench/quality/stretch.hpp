@@ -20,8 +20,8 @@
 namespace ldi_quality {
 
 struct stretch_options {
-    /// Maximum distance from a true silhouette, in shares of the photo's longer side (12 pixels of 1152): as far as degraded
-    /// depth blurs a step.
+    /// Maximum distance from a true silhouette, as a fraction of the photo's longer side (12 pixels of 1152). Degraded depth
+    /// blurs a step about as far.
     double reach = 12.0 / 1152;
     /// Minimum factor by which a triangle's steepest line becomes longer between the two views.
     double min_factor = 2;

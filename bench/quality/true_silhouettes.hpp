@@ -35,8 +35,8 @@ struct true_silhouette_options {
     float min_step = 0.05F;
     /// Minimum number of connected sides.
     std::size_t min_sides = 20;
-    /// Number of pixels on either side whose mean color is compared. They follow the pixel at the side, whose color may be a
-    /// mixture of both surfaces.
+    /// Number of pixels on either side whose mean colors are compared. The pixels directly at the side are left out, because
+    /// their colors may be mixtures of both surfaces.
     std::int32_t color_reach = 3;
     /// Minimum difference of colors: root mean square over the channels, of 255.
     double min_color_difference = 25;

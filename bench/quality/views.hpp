@@ -14,7 +14,7 @@
 
 namespace ldi_quality {
 
-/// Options for a 3D photo with true depth: the photo at full size, no clipped depth, and surfaces grown by `iterations`.
+/// Options for a 3D photo with true depth: the photo at full size, no clipped depth, and `iterations` iterations of growth.
 inline ldi::photo3d_options true_depth_options(const subject& s, int iterations) {
     ldi::photo3d_options options;
     options.focal_length_35mm = s.camera.focal_length / ldi::focal_length_from_35mm(1, s.camera.width, s.camera.height);
@@ -48,7 +48,7 @@ inline mask frame_of(const subject& s) {
     for (std::size_t y = 0; y < result.height(); ++y)
         for (std::size_t x = 0; x < result.width(); ++x) {
             bool inside = true;
-            // The ends of the range suffice: the ray meets the depths between them at positions between.
+            // The ends of the range suffice: at depths between them, the ray meets the photo between the two positions.
             for (const float depth : {range.z_near, range.z_far}) {
                 const std::array<float, 3> seen =
                     s.other.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, depth);

@@ -1,5 +1,5 @@
-// Scaling laws: a convolution, its plan, coarsening and components over the number of pixels, the number of layers, and the share
-// of irregular pixels, beside an image. bench/scaling/run.sh draws the plots of bench/scaling/README.md.
+// Scaling laws: a convolution, its plan, coarsening and components as functions of the number of pixels, the number of layers,
+// and the share of irregular pixels, compared with an image. bench/scaling/run.sh draws the plots of bench/scaling/README.md.
 
 #include "bench/support/convolution_case.hpp"
 #include "bench/support/cut_graph.hpp"

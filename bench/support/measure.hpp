@@ -27,8 +27,9 @@ double peak_bandwidth();
 /// Work of one iteration. The first member that is not 0 determines the rate.
 struct work {
     double int8_products = 0, float_products = 0;  ///< multiplications
-    /// What the operation must read of its inputs plus what it must write, each byte once, even if the code passes over it twice.
-    /// A column that the result does not depend on does not count; a change in place counts as read and written.
+    /// Bytes of the inputs that the operation must read, plus bytes that it must write. Each byte counts once, even if the
+    /// code passes over it twice. A column that does not affect the result does not count. A change in place counts as read
+    /// and written.
     double bytes = 0;
     double pixels = 0;
     ldi::isa set = ldi::best_isa();
@@ -117,7 +118,7 @@ benchmark::internal::Benchmark* add(const std::string& name, Function function) 
     return benchmark::RegisterBenchmark(name.c_str(), std::move(function))->Unit(benchmark::kMicrosecond);
 }
 
-/// Concatenates names. (g++ 12 warns falsely of the operator + of strings.)
+/// Concatenates names. (g++ 12 gives a false warning for operator+ of strings.)
 template <class... Parts>
 std::string joined(const Parts&... parts) {
     std::string result;

@@ -103,7 +103,7 @@ LDI_END_TARGET
 /// Iterations per call: a fraction of a millisecond, so that some rounds are undisturbed.
 inline constexpr long peak_iterations = 50000;
 
-/// Returns the maximum rate of `multiply`, which computes `products` per iteration; 0 without a function.
+/// Returns the maximum rate of `multiply`, which computes `products` per iteration; 0 if it is null.
 inline double fastest_rate(void (*multiply)(long), double products) {
     double best = 0;
     for (int i = 0; multiply != nullptr && i < 200; ++i) {

@@ -15,14 +15,14 @@
 
 namespace ldi_bench {
 
-/// File of the sample, or weights, in the source tree.
+/// Paths, in the source tree, of a file of the sample and of a file of weights.
 std::string sample_file(const std::string& name);
 std::string model_file(const std::string& name);
 
 struct sample_stages {
     ldi::image<std::uint8_t> photo;   ///< 1536 x 1152 x 3
     ldi::image<float> depth_map;      ///< 1536 x 1152, as in the file
-    ldi::image<float> estimate;       ///< 384 x 288: the depth map as coarse as a network's
+    ldi::image<float> estimate;       ///< 384 x 288: the depth map at a network's resolution
     ldi::image<float> filtered;       ///< 1536 x 1152: the estimate, sharpened, resampled and filtered
     ldi::photo_layer lifted;          ///< of the file's depth, with all silhouettes, before unmixing
     ldi::lifted_photo<> prepared;     ///< with unmixed colors

@@ -14,8 +14,8 @@
 // ---- ldi/base/config.hpp
 // Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own, the
-//                         same in all translation units of a program that define it.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(). You can define it as your
+//                         engine's own macro, with the same definition in all translation units that define it.
 // LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
 // LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types, and kernels for specific instruction sets.
 //                         Scalar code then computes everything, as it always does with other compilers.
@@ -152,14 +152,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Kinds of errors.
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
-    invalid_data,    ///< a file or buffer breaks its format
+    invalid_data,    ///< a file or buffer violates its format
     unsupported,     ///< well formed, but of a kind that ldi does not read
     mismatch,        ///< inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
-    /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, exhausted memory throws std::bad_alloc, and raises
-    /// this code only without exceptions
+    /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, ldi throws std::bad_alloc instead, and raises this
+    /// code only if exceptions are off
     out_of_memory,
     /// a temporary failure of the operating system (a full disk, too many open files): the same call may succeed later
     unavailable,
@@ -221,8 +221,8 @@ private:
     std::runtime_error where_, expected_, found_;
 };
 
-/// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
-/// which skips destructors. If it returns, or no handler is installed, the program prints the message and terminates.
+/// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or leaves by
+/// longjmp(), which skips destructors. If it returns, or no handler is installed, the program prints the message and terminates.
 using error_handler = void (*)(const error_details&);
 
 namespace detail {
@@ -238,7 +238,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }
 
 /// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
-/// string views: strings constructed by its many callers would dominate their compile time.
+/// string views, because constructing strings in the many callers would dominate compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
@@ -363,7 +363,7 @@ concept element_iterator = requires(T i) {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // strings short enough to need no allocation
 #endif
 }
 
@@ -413,12 +413,14 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes. Its first successful allocation selects its allocator: the one that is then current
+/// A growable array, aligned to 64 bytes. It adopts the allocator that is current at its first successful allocation
 /// (base/memory.hpp). Differences from std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
-/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc; without exceptions,
-/// it raises out_of_memory. It raises too_large for a size beyond the address space. After these errors, and if a value's copy
-/// constructor throws while the buffer grows or is assigned to, the buffer keeps its values, except in assign(). A buffer that
-/// grows copies values whose move constructor may throw. The iterators of append() and insert() must not throw.
+/// types uninitialized, and a moved-from buffer is empty.
+///
+/// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
+/// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
+/// value's copy constructor throws while the buffer grows or is assigned to. A buffer that grows copies values whose move
+/// constructor may throw. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -490,7 +492,7 @@ public:
     T& back() & { return (*this)[size() - 1]; }
     const T& back() const& { return (*this)[size() - 1]; }
 
-    // A temporary destroys its values, so it returns a single value by value, and no pointers.
+    // A temporary buffer returns copies of single values, but no references or pointers, which would dangle.
     template <std::integral Index>
     T operator[](Index i) const&& {
         return (*this)[i];
@@ -516,7 +518,7 @@ public:
         }
     }
     void resize(std::size_t count, const T& value) {
-        const T copy = value;  // `value` may be an element that moves
+        const T copy = value;  // `value` may be an element of this buffer, which moves
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
@@ -546,7 +548,7 @@ public:
         } else {
             ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
         }
-        return data()[block_.size++];  // only now, so that a value whose constructor throws is not destroyed
+        return data()[block_.size++];  // counts the value last, so that it is not destroyed if its constructor throws
     }
     void pop_back() {
         LDI_ASSERT(!empty());
@@ -768,8 +770,8 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. The work of a grain should take longer than the few microseconds that it costs to pass a piece to a
-/// thread. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
+/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
+/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
 /// pieces that have not started, and rethrows the first exception after all calls have ended.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
@@ -813,7 +815,7 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
 }
 
 /// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: asserts that a body
-/// does not use the same pool, which would wait for itself.
+/// does not call run() of the same pool, which would deadlock.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
@@ -981,7 +983,7 @@ struct progress_listener {
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
-/// in its shortest form, for example because it is empty. Surrogates are no characters.
+/// in its shortest form, for example because it is empty. Surrogates are not characters.
 inline std::size_t utf8_length(std::string_view text) {
     if (text.empty()) return 0;
     const auto byte = [&](std::size_t i) {
@@ -1127,14 +1129,14 @@ struct pinhole_camera {
     }
 };
 
-/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. Equivalence compares the photo's diagonal to
-/// that of a frame of 36 mm x 24 mm.
+/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
+/// diagonal of a frame of 36 mm x 24 mm.
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
-/// Converts the field of view over the photo's longer side, in degrees, to a focal length in pixels.
+/// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
@@ -1155,7 +1157,7 @@ struct depth_range {
     /// end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger divided by the smaller inverse depth.
+        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.
         return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
     }
 };
@@ -1364,7 +1366,7 @@ enum class invariant {
     inside_lattice,      ///< 0 <= x < width and 0 <= y < height
     neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor is one step to its side
+    one_step_away,       ///< a neighbor is one step away, toward its side
     canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
     disparity_in_range,  ///< disparities lie in [-1, 1]; only validate() of layers checks this
 };
@@ -1421,7 +1423,7 @@ inline std::optional<violation> validate(const graph_view& g) {
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
-/// Tag for overloads that skip a check. The caller guarantees what the check would find out.
+/// Tag for overloads that skip a check. The caller guarantees what the check would verify.
 struct unchecked_t {
     explicit unchecked_t() = default;  // build({}) must not compile
 };
@@ -1448,7 +1450,7 @@ public:
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
-    /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
+    /// Leaves positions and neighbors uninitialized, for callers that set all of them with set_position() and
     /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
         if (count > detail::max_pixels) detail::refuse_pixel_count(count);
@@ -1464,7 +1466,7 @@ public:
     }
 
     /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice. Raises too_large if
-    /// there are 2^31 - 1 pixels.
+    /// there are already 2^31 - 1 pixels.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
         if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
@@ -1475,7 +1477,7 @@ public:
         return count() - 1;
     }
 
-    /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
+    /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step from `a` toward `s`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
         return is_side(s) && exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
                x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
@@ -1549,7 +1551,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 // ---- ldi/core/canonical_order.hpp
 // The canonical order of pixels. Pixels are sorted by scanline. Within a scanline, maximal runs of pixels linked from left to
 // right are sorted by the x of their first pixel, then by disparity, nearest first. The pixels of a run are contiguous. In this
-// order, most of an LDI consists of ordinary image rows, and kernels process it as such.
+// order, most of an LDI consists of long runs, which kernels process like rows of an ordinary image.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -1588,8 +1590,8 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns the column in a new order: pixel i gets the scalars of pixel `order[i]`, `channels` of them. Raises mismatch for an
-/// index of a pixel that the column does not have.
+/// Returns the column in a new order: pixel i gets the `channels` scalars of pixel `order[i]`. Raises mismatch if an
+/// index is outside the column.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     LDI_ASSERT(channels > 0 && column.size() % channels == 0);
@@ -1607,7 +1609,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 /// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
 inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     buffer<std::int32_t> new_index(g.size(), no_pixel);
-    std::size_t wrong = 0;  // first index that is out of range or occurs twice
+    std::size_t wrong = 0;  // position in `order` of the first index that is out of range or repeated
     if (order.size() == g.size())
         for (; wrong < order.size(); ++wrong) {
             if (static_cast<std::size_t>(order[wrong]) >= g.size() || new_index[order[wrong]] != no_pixel) break;
@@ -1711,7 +1713,7 @@ concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> ||
     static_cast<Scalar>(1.0);
 };
 
-/// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
+/// Returns the mean of each channel. For integers of up to 32 bits, rounds to the nearest integer, halves away from zero.
 ///
 /// pixels  at least one
 template <class Scalar, std::size_t channels>
@@ -1763,9 +1765,10 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag has a rule that accepts exactly the values of its column, by value or const reference, and returns them. The
-/// constants ..._fits are true for such a rule and for a tag without the rule. Without this check, the default would silently
-/// replace a rule with a wrong signature, and a rule for a smaller type would silently cut off values.
+/// Whether a tag has a rule with exactly the types of its column: it accepts the column's values, by value or const reference,
+/// and returns values of the column. The constants ..._fits are true for such a rule and for a tag without the rule. Without this
+/// check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would silently truncate
+/// values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -1838,8 +1841,8 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, Ind
                                                Column::channels);
 }
 
-/// Returns the number of scalars of a column. Raises too_large if they exceed the address space, as they may where it has 32
-/// bits.
+/// Returns the number of scalars of a column. Raises too_large if they exceed the address space, which can happen on 32-bit
+/// systems.
 template <payload_column Column>
 std::size_t scalar_count(std::size_t pixels) {
     constexpr std::size_t pixel_size = sizeof(typename Column::scalar) * Column::channels;
@@ -1869,7 +1872,7 @@ struct color16_column {
 };
 
 /// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Hidden surfaces may lie
-/// slightly below 0, because they continue beneath others.
+/// slightly below 0, because they continue behind others.
 struct disparity_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;
@@ -1911,15 +1914,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
 struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
+    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of their first entry in `origins`
     std::int32_t count;
     bool is_new;
 };
 
 /// Result of the function that grow() calls.
 struct grown_pixels {
-    /// Graph of all pixels, old and new. The lattice may grow; old pixels keep their positions, except for one shift that is the
-    /// same for all of them. grow() does not check this, because it would need a copy of all positions.
+    /// Graph of all pixels, old and new. The lattice may grow. Old pixels keep their positions, or all move by the same offset.
+    /// grow() does not check this, because it would need a copy of all positions.
     graph topology;
     buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
@@ -1933,9 +1936,9 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    // Marks the entries of `origins` that pieces contain, followed by the old pixels that they contain. Pieces usually contain
-    // the old pixels in ascending order. As long as they do, the number of old pixels so far, `continued`, replaces their marks.
-    // The marks of old pixels are added at the first piece out of order.
+    // `seen` marks the entries of `origins` that occur in pieces. Pieces usually contain the old pixels in ascending order. As
+    // long as they do, `continued` counts the old pixels, and `seen` has no marks for them. At the first piece out of order,
+    // marks for all old pixels are appended to `seen`.
     buffer<bool> seen(new_count);
     std::size_t total = 0, continued = 0;
     bool is_in_order = true;
@@ -2003,7 +2006,7 @@ public:
         return graph_.neighbor(pixel, s);
     }
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
-    /// graph_builder::can_link(), in release builds, too.
+    /// graph_builder::can_link() is true, in release builds, too.
     void link(std::int32_t a, side s, std::int32_t b) {
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
@@ -2030,7 +2033,8 @@ private:
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
 /// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
-/// and move pixels. After an error, members leave the image unchanged, except grow(), which leaves it empty.
+/// and move pixels. After an error, members leave the image unchanged, with two exceptions: grow() leaves it empty, and
+/// edit_links() keeps the changes that `edit` made before it threw.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -2116,7 +2120,7 @@ public:
     }
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
-    /// pixels again, even if `edit` throws. Views of its topology show the changes.
+    /// pixels again, even if `edit` throws. Views of the image's topology show the changes.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -2158,10 +2162,10 @@ public:
         *this = with_pixels(std::move(b).build(detail::unchecked), old_index);
     }
 
-    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
-    /// the values of new pixels from the values of the pixels that they continue. Returns grown_pixels::pieces. During the call
-    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` or a column's rule throws, if
-    /// memory runs out, or if grown_pixels don't describe every pixel, which raises mismatch.
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
+    /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
+    /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
+    /// pixel. After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
@@ -2232,8 +2236,8 @@ private:
 /// Layered image of a photo.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 
-/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Those of a photo are in [0, 1]; hidden surfaces
-/// may continue beneath others, slightly below 0.
+/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Disparities of a photo are in [0, 1]. Hidden
+/// surfaces may lie slightly below 0, because they continue behind others.
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
@@ -2260,7 +2264,7 @@ template <class... Columns>
 inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
 }  // namespace detail
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept a layered_view.
 template <payload_column... Columns>
 class layered_view {
     static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
@@ -2278,8 +2282,8 @@ public:
         };
         (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
     }
-    /// Accepts any other layered_view, and a layered_image, a single_layer, or the caller's own type with `has`, topology() and
-    /// column(), unless it is a temporary.
+    /// Converts from any other layered_view, even a temporary one. Also converts from a layered_image, a single_layer, or the
+    /// caller's own type with `has`, topology() and column(), but not from a temporary.
     template <has_columns<Columns...> Layers>
     requires(requires(const Layers& l) { graph_view(l.topology()); } &&
              !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
@@ -2311,8 +2315,8 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/core/level_map.hpp
-// Relates the pixels of a graph to those of the graph at half resolution: coarsening makes it; plans, pooling and nearest
-// upsampling read it (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+// Level maps relate the pixels of a graph to the pixels of the graph at half resolution. Coarsening makes them; plans, pooling
+// and nearest upsampling read them (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2323,8 +2327,8 @@ namespace detail {
 coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
 }
 
-/// Relation between the pixels of a graph, the fine ones, and those of the coarser graph that coarsen() made of it. Only
-/// coarsen() makes level maps that contain pixels, and they do not change, so their indices always exist.
+/// Relates the pixels of a graph (fine pixels) to the pixels of the coarser graph that coarsen() makes from it (coarse pixels).
+/// Only coarsen() makes level maps that contain pixels, and no function edits them, so their indices are always valid.
 class level_map {
 public:
     level_map() = default;
@@ -2411,11 +2415,11 @@ struct coarsened {
     level_map map;   ///< relates the pixels of both graphs
 };
 
-/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel over links inside its 2 x 2 group, because it lies
+/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel along links inside its 2 x 2 group, because it lies
 /// on a thin strip or behind a silhouette.
 enum class orphan_rule : std::uint8_t {
-    /// an orphan adopts the parent of the nearest pixel that has one, counted in links; breadth-first exploration in the order
-    /// up, down, left, right breaks ties
+    /// an orphan adopts the parent of the nearest pixel with a parent. Distance is counted in links; breadth-first exploration in
+    /// the order up, down, left, right breaks ties
     adopt_nearest,
     stay,  ///< an orphan has no parent
 };
@@ -2485,7 +2489,7 @@ inline void link_kept_pixels(const graph_view& g, const level_columns& result, g
 }
 
 /// Finds the parents of a run's pixels that are not kept. Tries the first path of corner_of_group() before it calls that
-/// function, because almost always all links on this path exist.
+/// function, because all links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
@@ -2504,12 +2508,13 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Assigns to every pixel without a parent the parent of the nearest pixel that has one, counted in links. Breadth-first
-/// exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is reachable.
+/// Assigns to every pixel without a parent the parent of the nearest pixel with a parent. Distance is counted in links;
+/// breadth-first exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is
+/// reachable.
 ///
-/// Linear time: assigns parents ring by ring. A ring consists of the pixels at one distance from the nearest pixel with a parent.
-/// Breadth-first exploration from a pixel finds the path that starts with the first side on which the neighbor is one link
-/// closer, and continues with that neighbor's path. The pixel therefore adopts the parent of this neighbor.
+/// Linear time: assigns parents ring by ring. A ring consists of all pixels at the same distance from the nearest pixel with a
+/// parent. A pixel adopts the parent of its first neighbor, in the order up, down, left, right, that is one link closer:
+/// breadth-first exploration from the pixel would find the path through this neighbor.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
     constexpr std::int32_t pending = no_pixel - 1;  // marks pixels that are already in the next ring
     const auto parent_beside = [&](std::int32_t pixel) {
@@ -2555,14 +2560,14 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 }
 }  // namespace detail
 
-/// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
+/// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, even if several share a position. The
 /// position of a kept pixel is halved.
 ///
 /// Two kept pixels are linked if a path of two links connects them in the fine graph. They are two steps apart in one direction,
 /// so only the straight path is possible.
 ///
-/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
-/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` decides about pixels without
+/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches along links inside its 2 x 2
+/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
@@ -2643,9 +2648,9 @@ coarsened_layers<Columns...> coarsen(const layered_view<Columns...>& fine, orpha
 }}  // namespace ldi
 
 // ---- ldi/base/disjoint_sets.hpp
-// Disjoint sets of the integers from 0, merged in logarithmic amortized time: union-find with path halving (Tarjan and van
-// Leeuwen, "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not
-// depend on the order of merging.
+// Disjoint sets of the integers 0 to size() - 1, merged in amortized logarithmic time: union-find with path halving (Tarjan and
+// van Leeuwen, "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do
+// not depend on the order of merging.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2716,14 +2721,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
-    buffer<std::int32_t> label;  ///< K: component of each pixel; components are numbered by their first pixels
+    buffer<std::int32_t> label;  ///< K: component of each pixel; components are numbered in the order of their first pixels
     buffer<std::int32_t> size;   ///< number of pixels in each component
 
     std::size_t count() const { return size.size(); }
 };
 
 /// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
-/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
+/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
@@ -2964,9 +2969,10 @@ private:
         }
     }
 
-    /// Weight of a known neighbor on the next coarser level, inverse to its distance; a neighboring joined cell has weight 1. A
-    /// joined cell is two cells wide, so it borders on two known cells. Their centers are 1.5 cells away from its center, that of
-    /// a neighboring joined cell 2 cells. The two known cells together have weight 2 / 1.5, so each has weight 2 / 3.
+    /// Weight of a known neighbor on the next coarser level: inversely proportional to its distance; a neighboring joined cell
+    /// has weight 1. A joined cell is two cells wide, so it borders on two known cells per side. The centers of these known cells
+    /// are 1.5 cells away from its center; the center of a neighboring joined cell is 2 cells away. The two known cells together
+    /// therefore have weight 2 / 1.5, and each has weight 2 / 3.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;
@@ -3015,8 +3021,8 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
     return stride;
 }
 
-/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap; 0 bytes are
-/// an overlap, too.
+/// Converts a stride from bytes to values. Raises mismatch if the stride is not a whole number of values or if rows would
+/// overlap; with a stride of 0 bytes, they do.
 inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
     if (bytes % value_size != 0 || bytes / value_size < row_values)
         raise(error_code::mismatch, "image_view",
@@ -3027,7 +3033,7 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
 
 }  // namespace detail
 
-/// Returns height * width * channels. Raises too_large if as many values of `value_size` bytes exceed the address space.
+/// Returns height * width * channels. Raises too_large if this many values of `value_size` bytes exceed the address space.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * detail::checked_row_stride(height, width, channels, 0, value_size);
 }
@@ -3060,7 +3066,7 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(data != nullptr || empty());
     }
-    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
+    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics APIs. Raises mismatch
     /// unless the stride is an integer number of values, at least W x C.
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
@@ -3118,7 +3124,7 @@ public:
     image() = default;
     /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// A value such as 0.5 is not a number of channels.
+    /// Deleted, because a fill value such as 0.5 must not convert to a number of channels.
     image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
@@ -3264,7 +3270,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Minimum difference in disparity between a hidden surface and the surface in front of it, as a multiple of
 /// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
-/// Maximum step in disparity between hidden surfaces at similar depth, which expand() joins, as a multiple of
+/// Maximum difference in disparity between neighboring hidden pixels that expand() links, as a multiple of
 /// surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
 
@@ -3288,7 +3294,7 @@ struct surface_rule {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window through which a 3D photo is seen; surfaces at this disparity keep their position in it. It is the
+/// Disparity of the window through which a 3D photo is seen. Surfaces at this disparity do not move within the window. It is the
 /// middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
@@ -3401,9 +3407,9 @@ public:
         made_.width_ = width;
     }
 
-    /// Adds columns first to last - 1 of the current row, 0 <= first < last <= width, right of all columns added to it before.
-    /// Raises mismatch for other columns, too_large if the region would have 2^31 pixels or more; the builder then remains
-    /// unchanged.
+    /// Adds columns first to last - 1 to the current row. Raises mismatch unless 0 <= first < last <= width and the columns are
+    /// to the right of all columns already in this row. Raises too_large if the region would have 2^31 pixels or more. After
+    /// these errors, the builder is unchanged.
     void add_run(std::int32_t first, std::int32_t last) {
         const bool is_first = made_.runs_.count() == made_.first_run(made_.height());
         const std::int32_t free = is_first ? 0 : made_.runs_.back().last;
@@ -3421,7 +3427,7 @@ public:
     }
     void end_row() { made_.row_ends_.push_back(made_.runs_.count()); }
 
-    /// Returns the region. Raises mismatch if the last row has no end; the builder then remains unchanged.
+    /// Returns the region. Raises mismatch unless end_row() followed the last run; the builder then remains unchanged.
     [[nodiscard]] pixel_region build() && {
         if (made_.runs_.count() != made_.first_run(made_.height()))
             raise(error_code::mismatch, "pixel_region_builder", "end_row() after the last run", "none");
@@ -3494,7 +3500,7 @@ public:
     static constexpr bool has = one_of<Column, Columns...>;
 
     single_layer() = default;
-    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
+    /// Raises mismatch unless there is exactly one pixel per lattice position, in the photo's order.
     explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
         const graph& g = topology();
         std::int32_t in_order = 0;
@@ -3637,14 +3643,14 @@ private:
     std::size_t side_count_ = 0;
 };
 
-/// A traced curve: its sides, and its corners in the same order, one more than its sides.
+/// A traced curve: its sides, and its corners in the same order. A curve of n sides has n + 1 corners.
 struct traced_curve {
     buffer<std::int32_t> corners;
     buffer<discontinuity> sides;
     bool is_closed = false;
 };
 
-/// Finds the discontinuities of a map, and follows them as curves that end at free ends and at junctions.
+/// Finds the discontinuities of a disparity map, and traces them as curves. A curve is closed, or ends at free ends or junctions.
 class curve_tracer {
 public:
     /// disparity         width x height values; must outlive the tracer
@@ -3662,7 +3668,8 @@ public:
         }
     }
 
-    /// Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    /// Removes branches of fewer than `min_length` sides that lead from a junction to a free end inside the photo, so that the
+    /// curve continues through the junction.
     void prune_spurs(std::size_t min_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
@@ -3717,8 +3724,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    /// Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
-    /// a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the direction in which a curve continues that arrives at the corner from direction `from`. Where two curves pass
+    /// each other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -3805,8 +3812,8 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
 /// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, a path that starts up therefore wins over one that starts down, then
-/// left, then right. The relation is not symmetric: the window of i may contain j although the window of j does not contain i.
+/// explored. If equally long paths lead to different layers, the first step therefore decides: up precedes down, then left, then
+/// right. The relation is not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
@@ -3860,9 +3867,9 @@ enum class cpu_feature {
 // ---- ldi/kernels/detail/target.hpp
 // Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
 // LDI_BEGIN_TARGET("features") and LDI_END_TARGET are compiled for the named processor features in every translation unit. Code
-// between the two macros must not contain lambdas or standard templates over vector types, and must not call functions outside
-// that use intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index
-// is a constant.
+// between the two macros must not contain lambdas or standard templates over vector types. If it calls a function that uses
+// intrinsics, that function must also be between the macros. Write loops over registers as fold expressions: g++ 12 keeps an
+// array in registers only if every index is a constant.
 
 #if LDI_HAS_EXTENSIONS && (defined(__x86_64__) || defined(__i386__))
 #define LDI_HAS_X86_KERNELS 1
@@ -3952,8 +3959,8 @@ struct cpuid_leaf {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the processor has the extension. On systems without a query, returns whether the compiler's flags assume the
-/// extension.
+/// Whether the processor has the extension. On systems that programs cannot query, returns whether the compiler's flags enable
+/// the extension.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
@@ -4085,7 +4092,7 @@ inline isa best_isa() {
     return best;
 }
 
-/// Finds the row of a family's table for this set, or for the set that replaces it. Every table has a row for scalar.
+/// Returns a family's kernel for the set `wanted`, or for the set that replaces it. Every table has a row for scalar.
 template <class Kernel, std::size_t rows>
 constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
     for (isa set = wanted;; set = find_instruction_set(set).otherwise)
@@ -4270,7 +4277,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, all further panels have one less
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one fewer
 
     panel_cut(std::size_t outputs, std::size_t lanes, std::size_t max_vectors) {
         const std::size_t all = (outputs + lanes - 1) / lanes;
@@ -4281,7 +4288,7 @@ struct panel_cut {
     std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
 };
 
-/// Number of groups into which `count` inputs are divided, rounded up.
+/// Returns the number of groups of size `group` for `count` inputs or outputs, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Order of a kernel's weights.
@@ -4297,8 +4304,8 @@ struct weight_shape {
     std::size_t outputs, pieces, inputs;
 };
 
-/// Appends weights panel by panel, piece by piece, group by group. Within a panel, the outputs are adjacent, each with the
-/// weights of one group of inputs. Pads the last group and the last panel with zeros.
+/// Appends weights panel by panel, piece by piece, group by group. For each group of inputs, appends its weights for the panel's
+/// outputs, one output after another. Pads the last group of each piece and the last panel with zeros.
 ///
 /// weight_at  returns the weight at an index of the unpacked weights
 template <class Stored, class WeightAt>
@@ -4353,7 +4360,7 @@ template <int lane>
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
-/// Subtracts 128 from activations, because sdot multiplies signed bytes. Biases compensate.
+/// Subtracts 128 from activations, because sdot multiplies signed bytes. The packed biases or offsets compensate for this.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
     return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
 }
@@ -4428,9 +4435,9 @@ struct relu_requantizer {
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4505,7 +4512,7 @@ struct adder {
     }
 };
 
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
 //
 //     width              bytes per step
@@ -4549,10 +4556,10 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 }}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/requantize_float.hpp
-// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of
-// its cost in vector code. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A
-// float form that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one;
-// constants that differ by a few units in the last place miss none.
+// Requantization in float arithmetic. It returns the same 8-bit values as the integer form of kernels/requantize.hpp, at a third
+// of the cost in vector code. The integer form is monotonic and returns at most 256 values, so at most 255 thresholds define it.
+// A float form that agrees on both sides of each threshold agrees everywhere. With the exact scale and offset, a few thresholds
+// are off by one. Constants that differ from these by a few units in the last place reproduce every threshold.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -4567,7 +4574,7 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 }  // namespace detail
 
 /// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
-/// Negating both scale and offset results in the same function of `-acc`.
+/// With scale and offset both negated, the form maps `-acc` to the result that it had for `acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -4586,7 +4593,7 @@ struct unfused_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // The product of two floats is exact in double, so fusing it with the sum would not change the result.
+        // The product is exact in double. The cast rounds it to float before the compiler can fuse it with the sum.
         const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
@@ -4619,7 +4626,7 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// Searches for a float form that agrees with the integer form on every accumulator. Its constants are close to the exact scale
+/// Searches for a float form that agrees with the integer form on every accumulator. Tries constants close to the exact scale
 /// and to `offset`.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
@@ -4673,7 +4680,8 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 /// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the
-/// integer in the low bits. Down to -2^23 the result is still monotonic. A conversion would cost six x86 instructions.
+/// integer in the low bits. Down to -2^23 the result is still monotonic. WebAssembly's conversion from float to integer would
+/// cost six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
@@ -4729,9 +4737,9 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4796,8 +4804,8 @@ struct float_adder {
     }
 
 private:
-    /// Converts to float. Hides the values' origin, because clang converts values that it knows to be positive as unsigned,
-    /// which costs eight x86 instructions instead of one.
+    /// Converts to float. Hides from clang that no value is negative: clang would use the conversion of unsigned integers, which
+    /// costs eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
@@ -4815,7 +4823,7 @@ private:
 struct integer_adder {
     static constexpr std::size_t width = 16;
     v128_t bias, a_multiplier, b_multiplier, zero_point;
-    std::uint32_t shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
+    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
@@ -4837,7 +4845,8 @@ private:
         const v128_t high = four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b));
         return wasm_i16x8_add_sat(wasm_i16x8_narrow_i32x4(low, high), zero_point);
     }
-    /// Rounds halves away from zero: a shift that adds half rounds them up, so negative values lose 1 first.
+    /// A shift that adds half rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away
+    /// from zero.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
         const v128_t sums = wasm_i32x4_add(products, bias);
@@ -4846,7 +4855,7 @@ private:
     }
 };
 
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
 //
 //     width              bytes per step
@@ -4905,7 +4914,7 @@ using int_lanes = __m256i;
 //
 //     float_lanes, int_lanes         vector types
 //     LDI_LANES(operation)           name of the intrinsic function for these vectors
-//     load, store, load_bytes        of whole vectors; load_bytes() extends bytes to 32 bits
+//     load, store, load_bytes        load and store whole vectors; load_bytes() extends each byte to 32 bits
 //     add_sign(offset, sign, value)  (value & sign) ^ offset
 
 inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
@@ -4919,15 +4928,15 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 [[gnu::always_inline]] inline float_lanes fused(float_lanes a, float_lanes b, float_lanes c) {
     return LDI_LANES(fmadd_ps)(a, b, c);
 }
-/// Saturates to 16 bits: in each 128-bit lane 4 values of a, then 4 of b.
+/// Saturates 32-bit values to 16 bits. Each 128-bit lane of the result contains 4 values of a, then 4 of b.
 [[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
-/// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
+/// Saturates 16-bit values to bytes. Each 128-bit lane of the result contains 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
 
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -5028,9 +5037,9 @@ struct rectifier {
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5101,7 +5110,7 @@ inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask6
 //
 //     float_lanes, int_lanes         vector types
 //     LDI_LANES(operation)           name of the intrinsic function for these vectors
-//     load, store, load_bytes        of whole vectors; load_bytes() extends bytes to 32 bits
+//     load, store, load_bytes        load and store whole vectors; load_bytes() extends each byte to 32 bits
 //     add_sign(offset, sign, value)  (value & sign) ^ offset
 
 inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
@@ -5115,15 +5124,15 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 [[gnu::always_inline]] inline float_lanes fused(float_lanes a, float_lanes b, float_lanes c) {
     return LDI_LANES(fmadd_ps)(a, b, c);
 }
-/// Saturates to 16 bits: in each 128-bit lane 4 values of a, then 4 of b.
+/// Saturates 32-bit values to 16 bits. Each 128-bit lane of the result contains 4 values of a, then 4 of b.
 [[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
-/// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
+/// Saturates 16-bit values to bytes. Each 128-bit lane of the result contains 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
 
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the sum's shift minus 1; rounding shifts out the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -5254,7 +5263,7 @@ struct integer_adder {
         store(result, gather_lanes(pack_bytes(words(a, b, 0), words(a, b, 2 * lane_count))));
     }
 };
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
 //
 //     width              bytes per step
@@ -5319,7 +5328,7 @@ struct integer_adder {
         store(result, gather_lanes(pack_bytes(words(a, b, 0), words(a, b, 2 * lane_count))));
     }
 };
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. An Adder has these
+// Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
 //
 //     width              bytes per step
@@ -5424,8 +5433,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
         for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
-    // Some of the 65,536 sums lie closer to a tie than float can resolve, so the exact constants may fail. Some constants close
-    // to them still agree on all pairs.
+    // Some of the 65,536 sums lie closer to a tie than float can resolve, so the exact constants may fail. Slightly different
+    // constants may still agree on all pairs.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;
@@ -5447,8 +5456,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
 
 // ---- ldi/kernels/area_resize.hpp
 // Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. Pixels
-// are averaged horizontally, then vertically, and the mean is rounded half to even. The input of the published depth network was
-// made in this order.
+// are averaged horizontally, then vertically, and the mean is rounded half to even. The published depth network's inputs were
+// computed in this order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -5460,7 +5469,7 @@ struct area_weights {
         std::size_t weight = 0;  ///< index of the first pixel's weight in `weights`
     };
     buffer<cover> covers;   ///< one per result pixel
-    buffer<float> weights;  ///< sum 1 for each cover
+    buffer<float> weights;  ///< the weights of each cover add up to 1
 };
 
 /// Computes the weights along one axis. Lengths are at least 1 and their product is below 2^63.
@@ -5499,7 +5508,7 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    // The product is exact in double, so fusing it with a sum does not change the result.
+    // The product is exact in double. The cast rounds it to float before the compiler can fuse it with a sum.
     return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
@@ -5545,14 +5554,14 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    // Rounds half to even without a call of std::lrint(): floats from 2^23 on have no fractional bits.
+    // Rounds half to even without calling std::lrint(): floats of 2^23 and above have no fractional bits.
     constexpr float ones = 0x1.8p23F;
     for (std::size_t i = 0; i < sums.size(); ++i)
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
-/// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
-/// mixed colors at the borders. Raises invalid_data if the source or the result has no pixel.
+/// Resizes an image by averaging over areas. In an enlarged image, each source pixel becomes a rectangle of constant color, with
+/// mixed colors at its borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -5625,8 +5634,8 @@ struct conv_f32_kernel {
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
 // The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles: at least 8 independent sums hide the
-// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one
-// vector use nearly all of these.
+// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle. A tile of 12 pixels
+// with one vector needs 13 loads for 12 multiply-adds, so the loads limit its speed.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5671,7 +5680,7 @@ struct conv_f32_tiles {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        // prefetch distance per input, as in detail/conv_avx512.hpp
+        // number of values to prefetch per input, as in detail/conv_avx512.hpp
         const std::size_t fetch = sizeof...(p) * stride / input.inputs;
         for (std::size_t r = 0; r < input.row_count; ++r) {
             const float* x = input.rows[r] + first_pixel * stride;
@@ -5712,12 +5721,12 @@ LDI_END_TARGET
 //
 // A tile consists of some pixels and one panel of outputs (detail/panel_cut.hpp); its sums stay in registers. For each input (or
 // group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
-// the panel has a single vector, the multiplication itself broadcasts. A full tile has 24 independent vectors of sums. 4 (Zen 4)
-// or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
+// the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
+// (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, the
-// median of 9 runs of conv_f32 (conv_u8) is 31 % (15 %) higher for 3 x 3 convolutions from 16 to 16 channels, 33 % (18 %) for
-// 3 x 3 from 24 to 3, and 41 % (6 %) for 1 x 1 from 5 to 8. From 32 channels to 32, both are within 5 %.
+// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, they
+// increase the median time of 9 runs of conv_f32 (conv_u8) by 31 % (15 %) for 3 x 3 convolutions from 16 to 16 channels, by 33 %
+// (18 %) for 3 x 3 from 24 to 3, and by 41 % (6 %) for 1 x 1 from 5 to 8. From 32 to 32 channels, times are within 5 %.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5748,8 +5757,8 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
-/// Sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all types
-/// of results.
+/// Sums of a tile, padded to whole vectors per pixel. The function that computes the sums stores them here (in the first-level
+/// cache), so that it need not be compiled for each type of result.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
@@ -5831,9 +5840,9 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5867,7 +5876,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
     conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
-/// The primitives of the walk.
+/// The primitives that generic/conv_walk.hpp requires.
 template <class Kernel>
 struct conv_tiles {
     static constexpr std::size_t group = Kernel::group, width = conv_half, max_vectors = conv_max_halves, rest_pixels = 8;
@@ -5964,9 +5973,9 @@ LDI_END_TARGET
 // ---- ldi/kernels/conv_f32/neon.hpp
 // kernels/conv_f32.hpp with NEON.
 //
-// One load fetches four inputs of a pixel. fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
-// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its inputs in 6. It loads 22
-// vectors per 96 fmla (384 products): 3.1 products per instruction, compared to 4 for fmla alone.
+// One load fetches four inputs of a pixel. fmla (by element) multiplies one of them by the weights of 4 outputs, without a
+// separate instruction that broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its
+// inputs in 6. It loads 22 vectors per 96 fmla (384 products): 3.3 products per instruction, compared to 4 for fmla alone.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -6398,17 +6407,17 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
+// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
 //     sums_type                                       `width` sums of 32 bits
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -6602,9 +6611,9 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6638,17 +6647,17 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
     conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
-// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
+// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
 //     sums_type                                       `width` sums of 32 bits
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -6775,17 +6784,17 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
+// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
 //     sums_type                                       `width` sums of 32 bits
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -6918,8 +6927,8 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 }}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/conv_u8/wasm.hpp
-// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiply-add,
-// so portable code converts the sums to results, with equal bits.
+// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiply-add.
+// The scalar code therefore converts the sums to results, so that the bits are the same.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -6953,17 +6962,17 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-// Tiles of conv_u8. Instruction sets, except AVX-512, include this file inside their namespace and target region, after their
+// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
 // primitives in a namespace conv_u8_set:
 //
 //     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
 //     sums_type                                       `width` sums of 32 bits
 //     inputs_type                                     one group of a pixel's inputs, repeated for each output
 //     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -7062,7 +7071,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// target             instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
-/// zero_points        one per input of a piece
+/// zero_points        one per input of a piece (see `rows`); the same for all pieces
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// after              activation to apply after the bias
@@ -7097,8 +7106,8 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). For bytes, adds the result's
-/// zero point, rounds half to even and clamps.
+/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). If results are bytes, also adds
+/// their zero point, rounds half to even, and clamps.
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
@@ -7126,7 +7135,7 @@ struct signed_range {
 };
 
 inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
-    std::uint8_t min = 255, max = 0;  // std::minmax_element() does not use vector instructions
+    std::uint8_t min = 255, max = 0;  // compilers do not vectorize std::minmax_element()
     for (const std::uint8_t w : weights) min = (std::min)(min, w), max = (std::max)(max, w);
     return {min - int{zero_point}, max - int{zero_point}};
 }
@@ -7150,9 +7159,10 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
 }
 
 /// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of its float
-/// requantization to `fast`, except for scalar and NEON, which requantize in integers. x86 and NEON multiply by signed bytes.
-/// Weights in -127..128 (zero point 127) fit after negation; the requantization then reads negated sums. AVX2 also accepts wider
-/// weights.
+/// requantization to `fast`, except for scalar and NEON, which requantize in integers.
+///
+/// x86 and NEON multiply by signed bytes. Weights in -127..128 (for example with a zero point of 127) fit after negation; the
+/// kernel then requantizes negated sums. AVX2 also accepts larger weights, because its packing splits them.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -7187,10 +7197,10 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;  ///< weights minus their zero point, for scalar and WebAssembly
-    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated where gemm_u8_weights negates them.
+    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_weights::narrow.
     buffer<std::int8_t> narrow;
-    buffer<std::uint32_t> order;  ///< for AVX2: number of terms into which avx2_packing.hpp splits each unit of channels
-    buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
+    buffer<std::uint32_t> order;  ///< for AVX2: number of terms of each unit of channels (avx2_packing.hpp)
+    buffer<std::int32_t> bias;    ///< zero points folded in; in the order of the kernel's sums
     requantization output;        ///< as in gemm_u8_weights
     float_requantization fast;    ///< as in gemm_u8_weights
 };
@@ -7238,8 +7248,8 @@ struct depthwise_u8_kernel {
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
 // Splits a row for depthwise kernels that keep partial sums of windows in registers. The channels are split into units that
-// fill the vectors. For a unit with too few channels, the row is also split into stretches, equally long runs of adjacent pixels,
-// and one vector contains these channels of one pixel from each stretch.
+// fill the vectors. If a unit has too few channels to fill them, the row is also split into stretches: equally long runs of
+// adjacent pixels. A vector then contains the unit's channels of one pixel from each stretch.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -7258,8 +7268,9 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
-/// The channels of a unit in the order of four vectors of sums that fill `count` lanes. Vector i contains channels 4 i to 4 i + 3
-/// of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors restores the channels' order.
+/// Order of a unit's channels in four vectors of sums, which have `count` lanes in total. Vector i contains channels 4 i to
+/// 4 i + 3 of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors restores the channels'
+/// order.
 template <std::size_t count>
 struct depthwise_order {
     std::size_t channels[count];
@@ -7308,7 +7319,7 @@ struct depthwise_call {
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< mask of offsets per row: all ones for a row of the image, 0 for padding
+    std::size_t moves[3];  ///< per row, the mask to apply to offsets: all ones for a row of the image, 0 for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -7320,8 +7331,8 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// Splits `all` pixels, of the stored rows or of the result, into stretches. The last stretch may overlap the one before
-    /// it.
+    /// Splits `all` pixels into stretches. The caller splits either the stored rows or the result. The last stretches may overlap
+    /// those before them.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
@@ -7368,9 +7379,9 @@ struct depthwise_stretches {
 
 // ---- ldi/kernels/detail/unsaturated_pairs.hpp
 // Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in
-// 16 bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
-// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network exceed these
-// limits; the excess is multiplied in a separate sum.
+// 16 bits. The sum can saturate: 255 * 127 * 2 does not fit. It is exact for all inputs if its positive weights add up to at
+// most 128, and its negative weights to at least -128. Few weights of a trained network exceed these limits; the excess is
+// multiplied in a separate sum.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
@@ -7378,7 +7389,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 struct sum_room {
     int max = 128, min = -128;
 
-    /// Removes the largest part that fits from `rest`, and returns it.
+    /// Subtracts the largest part of `rest` that fits, and returns this part.
     std::int8_t take(int& rest) {
         const int part = std::clamp(rest, (std::max)(min, -128), (std::min)(max, 127));
         max -= (std::max)(part, 0);
@@ -7414,7 +7425,7 @@ struct depthwise_rest {
 };
 
 /// Packs weights unit by unit. Appends the number of terms of each unit to `order`. Appends to `narrow`, for each term and each
-/// column of the window, 4 vectors of 8 channels x 4 bytes; each vector contains 4 of the 16 channels in a 128-bit lane.
+/// column of the window, 4 vectors of 8 channels x 4 bytes; detail::depthwise_order defines the order of the channels.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -7508,16 +7519,19 @@ struct depthwise_results {
 // these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
-//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     depthwise_lanes             type that existing_lanes() returns: the existing channels in each group of 16
 //     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
 //     four_vectors                four vectors of sums, or of a column's interleaved bytes
 //     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
-//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     load_stretches<channels>(position, row, offset, lanes)   loads one vector of one row
 //     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
 //
-// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
-// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
-// requantizer_of(weights) of type requantizer_type.
+// The class Sums holds the weights of a unit and has these members:
+//
+//     start()                         returns the bias
+//     add<place>(sum, column)         adds a column's products; `place` is window_left, window_middle or window_right
+//     requantizer_of(weights)         returns a requantizer of type requantizer_type
+//     requantized(requantizer, sum)   returns the packed results
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
@@ -7525,7 +7539,7 @@ inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 
     return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
 }
 
-/// Three rows at one place of each stretch.
+/// Addresses of three rows, at one pixel per stretch.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<depthwise_max_channels / channels> position;
@@ -7625,7 +7639,7 @@ struct depthwise_run {
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;
@@ -7842,16 +7856,19 @@ struct depthwise_results {
 // these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
-//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     depthwise_lanes             type that existing_lanes() returns: the existing channels in each group of 16
 //     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
 //     four_vectors                four vectors of sums, or of a column's interleaved bytes
 //     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
-//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     load_stretches<channels>(position, row, offset, lanes)   loads one vector of one row
 //     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
 //
-// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
-// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
-// requantizer_of(weights) of type requantizer_type.
+// The class Sums holds the weights of a unit and has these members:
+//
+//     start()                         returns the bias
+//     add<place>(sum, column)         adds a column's products; `place` is window_left, window_middle or window_right
+//     requantizer_of(weights)         returns a requantizer of type requantizer_type
+//     requantized(requantizer, sum)   returns the packed results
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
@@ -7859,7 +7876,7 @@ inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 
     return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
 }
 
-/// Three rows at one place of each stretch.
+/// Addresses of three rows, at one pixel per stretch.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<depthwise_max_channels / channels> position;
@@ -7959,7 +7976,7 @@ struct depthwise_run {
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;
@@ -8081,7 +8098,7 @@ LDI_END_TARGET
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0). Each of
 // the three columns of a window then costs one sdot for 4 channels. Each column is interleaved only once, in registers, and
 // immediately added to all windows that contain it. 16 channels of a pixel (144 products) cost 12 sdot, and 11 instructions to
-// load and interleave the new column; widening multiplications (smlal) would cost 36 and 6.
+// load and interleave the new column. Widening multiplications would cost 36 smlal, and 6 instructions for the new column.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -8137,16 +8154,19 @@ template <std::size_t channels>
 // these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
-//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     depthwise_lanes             type that existing_lanes() returns: the existing channels in each group of 16
 //     lane_count, load(from)      32-bit sums per vector; loads a vector of sums
 //     four_vectors                four vectors of sums, or of a column's interleaved bytes
 //     interleave_bytes(a, b, c, d)                             interleaves the bytes of four rows
-//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     load_stretches<channels>(position, row, offset, lanes)   loads one vector of one row
 //     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
 //
-// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
-// a place of the window: window_left, window_middle or window_right; requantized(requantizer, sum) returns packed results, with
-// requantizer_of(weights) of type requantizer_type.
+// The class Sums holds the weights of a unit and has these members:
+//
+//     start()                         returns the bias
+//     add<place>(sum, column)         adds a column's products; `place` is window_left, window_middle or window_right
+//     requantizer_of(weights)         returns a requantizer of type requantizer_type
+//     requantized(requantizer, sum)   returns the packed results
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
@@ -8154,7 +8174,7 @@ inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 
     return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
 }
 
-/// Three rows at one place of each stretch.
+/// Addresses of three rows, at one pixel per stretch.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<depthwise_max_channels / channels> position;
@@ -8254,7 +8274,7 @@ struct depthwise_run {
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions, or 0 if the compiler does not know them
+    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;
@@ -8389,7 +8409,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
+/// Number of channels computed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
 inline constexpr std::size_t depthwise_block = 16;
 
 /// Packs the weights tap by tap: for each element of the window, the weights of all channels.
@@ -8443,8 +8463,11 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 //
 // The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
 // rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
-// 5 multiplications for 4 channels. generic/walk.hpp pairs the rows of each column separately, which would cost 6, and keeps two
-// windows of 16 channels and a column in registers: 12 of the 15 that V8 allocates, without weights and constants.
+// 5 multiplications for 4 channels.
+//
+// The loop of generic/walk.hpp would be slower here. It interleaves each column separately, which would cost 6 multiplications.
+// It also keeps two windows and a column of 16 channels in registers: 12 of the 15 that V8 allocates, even without weights and
+// constants.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -8459,7 +8482,7 @@ inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
     return (weights.channels + depthwise_block - 1) / depthwise_block;
 }
 
-/// First channel of a block. The last block overlaps the one before it, so that it is full.
+/// First channel of a block. The last block may overlap the one before it, so that every block is full.
 inline std::size_t block_start(std::size_t channels, std::size_t block) {
     if (channels < depthwise_block) return 0;
     return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
@@ -8501,7 +8524,7 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// Completes the last slot. There is no next column to interleave; its weight would be 0, so any value does.
+    /// Completes the last slot. No column follows, and the weight in its place is 0, so the slot may contain any value there.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
@@ -8521,7 +8544,7 @@ struct depthwise_rows {
     std::uint8_t padding;
 };
 
-/// Fills slots with the enlarged columns from `first` - 1 on. At most one column on each side may lie outside the image.
+/// Fills `count` slots with enlarged columns, starting at `first` - 1. At most one column on each side is outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {
@@ -8680,8 +8703,8 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 
 /// Computes one row of the result.
 ///
-/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. The caller
-///         applies stride and repeat vertically by its choice of rows
+/// rows    the window's three input rows from top to bottom, width x channels each; nullptr for a row outside the image. The
+///         function applies stride and repeat only horizontally; the caller applies them vertically by selecting the rows
 /// repeat  1 to 4: repetitions of each pixel
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
@@ -8733,8 +8756,8 @@ struct gemm_u8_weights {
     std::size_t segments = 1, inputs = 0, outputs = 0;
     /// Weights minus their zero point, for scalar, WebAssembly, and AVX2 with a single output.
     buffer<std::int16_t> wide;
-    /// Weights minus their zero point, for AVX2, VNNI and NEON. All weights of the layer are negated if they fit in signed bytes
-    /// only then (choose_target()).
+    /// Weights minus their zero point, for AVX2, VNNI and NEON. If the layer's weights fit in signed bytes only when negated, all
+    /// of them are stored negated (choose_target()).
     buffer<std::int8_t> narrow;
     /// For AVX2, which splits the weights of four inputs into terms (avx2_packing.hpp). For each segment of each panel: the
     /// number of pairs of terms, the number of single terms, and the first input of each term.
@@ -8849,9 +8872,9 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 // ---- ldi/kernels/gemm_u8/avx2_packing.hpp
 // Packs weights for gemm_u8/avx2.hpp.
 //
-// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that the products of
-// two groups of four inputs fit in one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
-// that can share a sum, and weights that must be split in two.
+// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that two groups of
+// four inputs can share their 16-bit sums, which are then widened together. For each panel of up to 16 outputs, the code below
+// finds groups that can share sums. It splits weights that are too large into several terms.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
@@ -8866,8 +8889,8 @@ struct gemm_term {
     std::uint32_t first_input = 0;
     int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    /// Two loads per 16-bit sum: the absolute sums of its positive and of its negative weights, halved and rounded up. Shape:
-    /// outputs x 2 sums x 2 loads.
+    /// Two loads per 16-bit sum: the total of its positive weights and the absolute total of its negative weights, both halved
+    /// and rounded up. Shape: outputs x 2 sums x 2 loads.
     std::uint8_t load[max_weights] = {};
 
     /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
@@ -8884,7 +8907,7 @@ struct gemm_term {
 
 /// Splits the weights of one group into terms.
 ///
-/// rest  outputs x 4
+/// rest  weights that are not yet part of a term, outputs x 4; all 0 on return
 inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
@@ -8909,7 +8932,7 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// Terms in the order of the kernel: first pairs of terms that share their 16-bit sums, then single terms.
+/// Terms in the order in which the kernel reads them: first pairs of terms that share their 16-bit sums, then single terms.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
@@ -8979,8 +9002,8 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 // ---- ldi/kernels/gemm_u8/avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
-// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products
-// cost 5 instructions; vpmaddwd on 16-bit inputs, which never saturates, would cost 8.
+// two of these sums in 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products cost 5 instructions.
+// vpmaddwd on inputs widened to 16 bits would never saturate, but cost 8.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -9146,7 +9169,7 @@ template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const gemm_panel panel = given;  // a local copy, so that stored results cannot alias it
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -9277,7 +9300,7 @@ using gemm_vector = __m512i;
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, computes only the first 8 sums, because a 512-bit vector occupies Zen 4's units for two cycles.
+/// Multiply-adds one vector. `half` computes only its first 8 sums: Zen 4 needs two cycles for a 512-bit instruction.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -9340,7 +9363,7 @@ struct gemm_kernel_of {
     template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void store(std::index_sequence<p...>, std::index_sequence<v...>, const __m512i* sums,
                                              const gemm_panel& panel, const Requantizer& requantize, std::uint8_t* result) {
-        // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
+        // If the layer has one panel and fills it, adjacent pixels' results are contiguous, and four vectors fill one store.
         constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
@@ -9388,7 +9411,7 @@ template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const gemm_panel panel = given;  // a local copy, so that stored results cannot alias it
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -9493,7 +9516,7 @@ LDI_END_TARGET
 // 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
 // An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
-// latency. Tiles have 12 sums, which with two vectors of weights and one of inputs leaves one of the 16 registers free.
+// latency. Tiles have 12 sums. Together with two vectors of weights and one of inputs, they occupy 15 of the 16 registers.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -9575,7 +9598,7 @@ template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const gemm_panel panel = given;  // a local copy, so that stored results cannot alias it
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -9637,9 +9660,9 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/neon.hpp
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
-// One load fetches sixteen inputs of a pixel. sdot by lane multiplies four of them by the weights of 4 outputs, so no
-// instruction broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536
-// products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
+// One load fetches sixteen inputs of a pixel. sdot (by element) multiplies four of them by the weights of 4 outputs, without a
+// separate instruction that broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96
+// sdot (1536 products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -9762,7 +9785,7 @@ template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const gemm_panel panel = given;  // a local copy, so that stored results cannot alias it
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -9868,7 +9891,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 }}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/gemm_u8/wasm.hpp
-// kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
+// kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16-bit values in each of 4 lanes, exactly.
 //
 // The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
 // the panel's vectors share. V8 has 15 registers to allocate, and moves all loads to the front of the loop. A tile therefore has
@@ -9913,7 +9936,7 @@ struct widened_pixels {
                 widen(from, (count - 1) * pixel_stride + weights.inputs, to);
             else
                 for (std::size_t p = 0; p < count; ++p) widen(from + p * input_stride, weights.inputs, to + p * pixel_stride);
-            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one extra value
+            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // for an odd number of inputs, the kernel reads one extra value
         }
     }
 };
@@ -10016,7 +10039,7 @@ template <class Kernel, class Requantizer, std::size_t... p, std::size_t... v>
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const gemm_panel panel = given;  // a local copy, so that stored results cannot alias it
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -10135,8 +10158,8 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 // ---- ldi/kernels/gemm_u8.hpp
 // Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions and dense k x k
-// convolutions. A window of the latter consists of k pieces of image rows, which the kernel reads in place. Each instruction
-// set has a file in gemm_u8/; all of them return the same bits.
+// convolutions. A k x k window consists of k pieces of image rows, which the kernel reads in place. Each instruction set has a
+// file in gemm_u8/; all of them return the same bits.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10159,9 +10182,9 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             instruction set to pack for. Its kernel may be inexact for some layers: VNNI and NEON for weights beyond 8
-///                    signed bits, x86 for a requantization without a float form. The function then packs for a slower set and
-///                    stores it in the result's `target`
+/// target             requested instruction set. If its kernel is not exact for this layer, the function packs for a slower set;
+///                    the result's `target` names the set that was used. VNNI and NEON are not exact for weights beyond 8 signed
+///                    bits, x86 for a requantization without a float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -10183,7 +10206,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     if (wanted == isa::wasm_simd128 && packed.target == isa::scalar && segments * packed.inputs <= detail::max_unfused_inputs)
-        packed.target = wanted, packed.fast = {};  // WebAssembly's kernel also has the integer requantization
+        packed.target = wanted, packed.fast = {};  // WebAssembly's kernel can also requantize in integers
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;
@@ -10350,8 +10373,8 @@ struct link_strips {
 /// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
 /// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
 /// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
-/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs, whatever
-/// other links exist.
+/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs,
+/// regardless of other links.
 ///
 /// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
 /// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
@@ -10369,7 +10392,7 @@ struct link_strips {
 /// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
 /// same holds below the center. This is the claimed order.
 ///
-/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
+/// Links outside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
 /// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
 /// windows.
 class regular_pixels {
@@ -10393,8 +10416,8 @@ public:
     std::int32_t kernel_size() const { return 2 * radius_ + 1; }
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
-    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
-    /// of the run's first pixel, kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose spines are adjacent in memory. `rows` is the spine
+    /// of the run's first pixel: kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -10428,9 +10451,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Clears the bits in `regular_` of pixels whose half spine toward one side, up or down, is incomplete or has an incomplete
-    /// rib. Clears the bits in `continues_` of pixels whose half spine is not adjacent in memory to the next
-    /// pixel's.
+    /// Follows the half of each spine that extends to one side, up or down. Clears a pixel's bit in `regular_` if this half is
+    /// incomplete or has an incomplete rib. Clears its bit in `continues_` if this half is not adjacent in memory to the
+    /// corresponding half of the next pixel's spine.
     ///
     /// strips  links toward that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
@@ -10456,7 +10479,7 @@ private:
     graph_view g_;
     pixel_bits regular_;
     pixel_bits
-        continues_;  // per pixel: whether each pixel of its spine is followed in memory by that of the right neighbor's spine
+        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
 };
 
 }}}  // namespace ldi::detail
@@ -10477,13 +10500,13 @@ struct plan_segment {
     std::int32_t first, count;
 };
 
-/// The parts of a plan, writable. Functions that plan or renumber fill them.
+/// Writable contents of a plan. Planning and renumbering functions fill them.
 struct plan_parts {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;     ///< pixels of the graph
-    std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
+    std::size_t output_count = 0;    ///< pixels of the graph or, with stride 2, of the coarse graph
     buffer<plan_segment> segments;   ///< in ascending order of outputs
-    buffer<std::int32_t> rows;       ///< segments x kernel_size
+    buffer<std::int32_t> rows;       ///< segments x kernel_size: center pixels of window rows, as in rows_of()
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
@@ -10497,8 +10520,8 @@ plan_parts parts_of(convolution_plan plan);
 }  // namespace detail
 
 /// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
-/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans do not
-/// change, so the pixels and outputs that they name always exist.
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans are
+/// immutable, so their pixel and output indices stay valid.
 class convolution_plan {
 public:
     /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
@@ -10522,7 +10545,7 @@ public:
     /// The segments, in ascending order of outputs.
     array_view<const segment> segments() const& { return parts_.segments; }
     array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The center pixels of the kernel_size window rows of a segment's first output.
+    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
     std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
     std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
     /// The irregular outputs, ascending.
@@ -10637,8 +10660,8 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// kernel_size  odd, 1 to max_kernel_size
 /// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels or
-/// another lattice, or with other pixels in the runs that become segments.
+/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels,
+/// another lattice size, or other kept pixels in a run that becomes a segment.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
@@ -10752,9 +10775,9 @@ template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
-    std::span<const std::uint8_t> mask;  ///< per row: 0 for a missing value, which reads as zeros; otherwise 1; empty: all 1
-    Value zero = {};                     ///< value that represents zero: the zero point of bytes
+    std::span<const std::int32_t> rows;  ///< row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i
+    std::span<const std::uint8_t> mask;  ///< per row: 0 if its values are missing and read as zeros, else 1; empty: all 1
+    Value zero = {};                     ///< value that represents zero; for bytes, the zero point
 
     /// Number of pixels of the graph.
     std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
@@ -10767,7 +10790,7 @@ struct basic_feature_view {
         return no_pixel;
     }
 
-    /// The adjacent channels of a row.
+    /// Pointer to the channels of a row, which are contiguous.
     const Value* values_of(std::int32_t row) const { return values.data() + static_cast<std::size_t>(row) * channels; }
 };
 
@@ -10778,7 +10801,7 @@ template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
     buffer<Value> values;
-    Value zero = {};  ///< value that represents zero: the zero point of bytes
+    Value zero = {};  ///< value that represents zero; for bytes, the zero point
 
     basic_feature_map() = default;
     /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
@@ -10841,7 +10864,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level
 
 namespace detail {
 
-/// Copies a row in a loop, because rows are short and a call of memmove() costs more than the copy.
+/// Copies a row in a loop, because rows are short and a call to memmove() costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -10956,7 +10979,7 @@ private:
 
     static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values per buffer, roughly; outputs per batch
 
-    /// Rounds up to a multiple of the kernels' tiles.
+    /// Rounds up to a multiple of the kernels' tile size, at least one tile.
     static std::size_t whole_tiles(std::size_t outputs) {
         constexpr std::size_t tile = 24;
         return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
@@ -10973,8 +10996,8 @@ private:
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
-    /// Whether the kernel can read these pixels in place. This requires a single source, without an index map and with all of
-    /// the pixels unmasked.
+    /// Whether the kernel can read pixels rows[r] + first to rows[r] + first + pixels - 1 in place, for every window row r. This
+    /// requires a single source, without an index map and with all of these pixels unmasked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -10994,7 +11017,7 @@ private:
 
     /// Computes outputs `output` to `output + count - 1`, which belong to one segment.
     ///
-    /// rows  pixels under the first column of the first output's window, top to bottom
+    /// rows  leftmost pixel of each row of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
         row_starts starts{};
@@ -11050,8 +11073,8 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Stores the result's mask of a partial convolution, and sets results to zero, without bias, if the whole window is
-    /// masked.
+    /// Finishes an output of a partial convolution: stores its mask. If the whole window is masked, sets the output to zero,
+    /// without bias.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -11059,12 +11082,12 @@ private:
     }
 
     const Job& job_;
-    // maximum number of outputs per kernel call: irregular outputs, and outputs of a segment that must be copied
+    // maximum number of outputs per kernel call: for irregular outputs, and for segments whose windows are copied
     std::size_t batch_ = 0, stretch_ = 0;
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
-    buffer<std::size_t> counts_;  // unmasked channels per column of a segment
+    buffer<std::size_t> counts_;  // number of unmasked channels in each column of pixels of a segment
 };
 
 template <class Weights, class Result, executor Executor>
@@ -11088,7 +11111,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     if (!result_mask.empty()) expect("values in the result's mask", plan.output_count(), result_mask.size());
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
-    // Each block computes its gathered outputs right after its segments, while the inputs are still in the cache.
+    // Each block computes its irregular outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count() + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);
@@ -11110,8 +11133,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Transposes outputs x inputs x k x k to outputs x k x k x inputs. Raises invalid_option for another kernel size than 1, 3, ...,
-/// max_kernel_size, and mismatch if there are no outputs, or weights for a part of the inputs only.
+/// Transposes outputs x inputs x k x k to outputs x k x k x inputs. Raises invalid_option unless the kernel size is 1, 3, ..., or
+/// max_kernel_size. Raises mismatch unless the number of weights is a positive multiple of outputs * k * k.
 inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::int32_t kernel_size) {
     check_kernel_size(kernel_size);
     const std::size_t elements = static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size);
@@ -11135,7 +11158,8 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 ///          number of channels of all sources, concatenated in order
 /// bias     outputs, 1 or more
 ///
-/// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
+/// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of weights is
+/// a positive multiple of outputs * kernel_size * kernel_size.
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), kernel_size), bias,
@@ -11148,10 +11172,12 @@ struct quantized_source {
     quantization values;
 };
 
-/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63. Raises
-/// the same errors as pack_convolution().
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
+/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch if the sources
+/// have another number of channels in total, and unsupported if a scale or a bias is not finite in units of result.scale.
 ///
-/// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
+/// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
+///          basic_feature_view::zero of the source
 /// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -11177,7 +11203,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
         const float step = largest / detail::nearest_float(max_conv_u8_weight);
-        const bool is_zero = step < (std::numeric_limits<float>::min)();  // quotients of subnormal floats may exceed the maximum
+        const bool is_zero = step < (std::numeric_limits<float>::min)();  // if step is subnormal, row[i] / step may exceed 63
         scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
         if (!std::isfinite(scales[o]) || !std::isfinite(result_bias[o]))
             raise(error_code::unsupported, "convolution, output " + std::to_string(o),
@@ -11238,7 +11264,7 @@ struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
     bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; if false, they count as zero
-    isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
+    isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
 
 class convolution_layer {
@@ -11248,7 +11274,8 @@ public:
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs, 1 or more
     ///
-    /// Raises invalid_option for another kernel size than 1, 3, ..., max_kernel_size; mismatch for another number of weights.
+    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of
+    /// weights is a positive multiple of outputs * kernel_size * kernel_size.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
@@ -11256,7 +11283,7 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
-    /// Raises mismatch for a plan of another kernel size, and for maps with other pixels or channels.
+    /// Raises mismatch for a plan of another kernel size, and for maps with a wrong number of pixels or channels.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
@@ -11322,8 +11349,8 @@ private:
 // uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags. With
 // other compilers, or LDI_STANDARD_ONLY, a struct with the same operations and the same results replaces it.
 //
-// Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
-// -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
+// Functions that accept or return the vector are noexcept, here and elsewhere. If a function may throw, Emscripten's -fexceptions
+// calls it through JavaScript, which rejects vectors with a TypeError.
 
 #if LDI_HAS_EXTENSIONS && defined(__SSE__)
 #include <xmmintrin.h>
@@ -11450,20 +11477,20 @@ void check_same_shape(const char* where, const basic_feature_view<Value>& a, con
 
 /// Returns the byte to which quantize() converts a value.
 ///
-/// max_size  bits of the float 256 * scale, to which larger magnitudes are clamped
+/// max_size  bits of the float 256 * scale; larger magnitudes are clamped to this float
 inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size, std::int32_t zero_point) {
     const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
     const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
     const std::uint32_t size = (std::min)(known, max_size);
-    // Rounds halves away from zero. The sum with 0.5 never rounds up to the next integer: a quotient of two floats that is not
-    // exactly n + 0.5 differs from it by more than the rounding error of a double.
+    // Rounds halves away from zero. Adding 0.5 never rounds up to the next integer: for every integer n, the quotient of two
+    // floats either equals n + 0.5 or differs from it by more than the rounding error of a double.
     const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
     const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
     return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));
 }
 
-/// Returns tanh(x) within 2 units in the last place. The polynomials are those of Cephes (Stephen Moshier): tanh near 0, and
-/// exp(2 |x|) beyond.
+/// Returns tanh(x) within 2 units in the last place. The polynomials are from Cephes (Stephen Moshier). They approximate tanh
+/// near 0, and exp(2 |x|) elsewhere.
 inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
     using namespace lanes;
     const four_floats zero{}, limit = zero + 9.5F, size = larger(x, -x);
@@ -11474,7 +11501,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
         near_zero = near_zero * square + coefficient;
     near_zero = near_zero * square * magnitude + magnitude;
 
-    constexpr float round = 12582912.0F;  // 1.5 * 2^23: the last bits of the sum are the nearest integer
+    constexpr float round = 12582912.0F;  // 1.5 * 2^23: adding it puts the nearest integer into the lowest bits
     const four_floats shifted = twice * 1.44269504089F + round, power = shifted - round;
     const four_floats r = (twice - power * 0.693359375F) + power * 2.12194440e-4F;
     four_floats exponential = 1.9875691500e-4F * r + 1.3981999507e-3F;
@@ -11495,7 +11522,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  as many pixels and channels as `a`, else raises mismatch; may be upsampled. Its missing pixels count as zero
+/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled; missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);
@@ -11563,8 +11590,8 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 
 }  // namespace detail
 
-/// Concatenates the channels of the maps. With a single upsampled map, stores it at full size. Convolutions can read several
-/// maps directly, which is faster.
+/// Concatenates the channels of the maps. Called with a single upsampled map, returns a full-size copy of it. Convolutions can
+/// read several maps directly, which is faster.
 ///
 /// maps  at least one, all with the same number of pixels, else raises mismatch; maps of bytes must share one quantization
 template <executor Executor = const serial_executor>
@@ -11585,7 +11612,7 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+/// Applies relu to a map of bytes: values below the zero point become the zero point. Bytes support no other activation.
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
                                          Executor&& threads = {}) {
@@ -11594,7 +11621,8 @@ basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[ma
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
-/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+/// Converts a map to bytes. Rounds each value to the nearest multiple of `to.scale`, and clamps to the range of bytes. NaN
+/// becomes the zero point.
 inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
     basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
     const double scale = double{to.scale};
@@ -11639,11 +11667,11 @@ feature_map tanh(feature_map x, Executor&& threads = {}) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Copies a column to a feature map of K pixels and the column's channels.
+/// Copies a column to a feature map with the pixels of `layers` and the channels of the column.
 ///
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
 ///
-/// scale  factor of every value
+/// scale  factor that multiplies every value
 template <payload_column Column, has_column<Column> Layers>
 feature_map from_column(const Layers& layers, float scale = 1.0F) {
     const array_view<const typename Column::scalar> column = layered_view<Column>(layers).template column<Column>();
@@ -11665,11 +11693,11 @@ basic_feature_map<Value> from_column(const Layers& layers) {
     return map;
 }
 
-/// Writes a feature map to a column. Values for integer scalars are rounded to nearest and clamped to the range of the scalar;
-/// NaN becomes 0.
+/// Writes a feature map to a column. If the column stores integers, rounds values to the nearest integer and clamps them to the
+/// range of the integer type; NaN becomes 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
-/// scale  factor of every value before rounding
+/// scale  factor that multiplies every value before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
@@ -11686,8 +11714,8 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
         }
     std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
         if constexpr (std::integral<scalar>) {
-            // A double holds the product of two floats exactly, with 5 bits to spare, so that the sum with 0.5 does not round up
-            // to the next integer.
+            // A double holds the product of two floats exactly, with 5 bits to spare. Adding 0.5 therefore never rounds up to the
+            // next integer.
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
@@ -11695,7 +11723,7 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
                 return rounded >= 1.0;
             else if constexpr (sizeof(scalar) < sizeof(double))
                 return static_cast<scalar>(std::clamp(rounded, double{lowest}, double{highest}));
-            else if (rounded >= static_cast<double>(highest))  // 2^63 - 1 is 2^63 as a double
+            else if (rounded >= static_cast<double>(highest))  // conversion to double rounds 2^63 - 1 to 2^63
                 return highest;
             else
                 return rounded <= static_cast<double>(lowest) ? lowest : static_cast<scalar>(rounded);
@@ -11713,7 +11741,7 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a subset, and the reverse lookup. Subsets do not change, so their indices always exist.
+/// Pixels of a subset, and the index of each pixel in the subset. Subsets are immutable, so their indices stay valid.
 class pixel_subset {
 public:
     /// Collects the pixels with nonzero marks.
@@ -11721,7 +11749,7 @@ public:
         pixel_subset subset;
         const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
         subset.row_of_.resize(marks.size(), unset);
-        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
+        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one spare entry, so that the loop writes without a branch
         std::int32_t pixel = 0, row = 0;
         for (const std::uint8_t mark : marks) {
             subset.row_of_[pixel] = mark != 0 ? row : no_pixel;
@@ -11752,44 +11780,50 @@ inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
               "one of " + std::to_string(subset.row_of().size()));
 }
 
-inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
-    if (pixel == no_pixel) return;
-    const std::int32_t row = subset.row_of()[pixel];
-    if (row == no_pixel)
-        raise(error_code::mismatch, "pixel_subset", "pixel " + std::to_string(pixel) + ", which the plan uses",
-              "a subset without it");
-    pixel = row;
+/// Returns the row of the first of `count` consecutive pixels. Raises mismatch unless the subset contains all of them.
+inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pixel_subset& subset) {
+    const std::int32_t last = first + count - 1, row = subset.row_of()[first], last_row = subset.row_of()[last];
+    if (row == no_pixel || last_row == no_pixel || last_row - row != last - first)
+        raise(error_code::mismatch, "pixel_subset",
+              "pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",
+              "a subset without some of them");
+    return row;
 }
 
 }  // namespace detail
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, segments also span the pixels between;
-///         these must be included
+/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
+///         the inputs of a segment, which the plan does not read
 ///
-/// Raises mismatch if the subset is of another graph or lacks a pixel.
+/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
     detail::check_graph_of(inputs, parts.input_count);
-    // The pixels of a segment's row remain consecutive, because the subset contains all of them.
-    for (std::int32_t& pixel : parts.rows) detail::renumber(pixel, inputs);
-    for (std::int32_t& pixel : parts.windows) detail::renumber(pixel, inputs);
+    const std::int32_t half = parts.kernel_size / 2;
+    for (std::size_t i = 0; i < parts.rows.size(); ++i) {
+        const std::int32_t span = parts.stride * (parts.segments[i / parts.k()].count - 1) + parts.kernel_size;
+        parts.rows[i] = detail::row_of_run(parts.rows[i] - half, span, inputs) + half;
+    }
+    for (std::int32_t& pixel : parts.windows)
+        if (pixel != no_pixel) pixel = detail::row_of_run(pixel, 1, inputs);
     parts.input_count = inputs.size();
     return detail::plan_of(std::move(parts));
 }
 
-/// Renumbers a plan for tensors that store only the rows of subsets.
+/// Renumbers a plan's inputs and outputs for tensors that store only the rows of a subset each.
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 ///
-/// Raises mismatch as renumber_inputs() does.
+/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels or lacks an
+/// output.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
     detail::check_graph_of(outputs, parts.output_count);
-    for (detail::plan_segment& s : parts.segments) detail::renumber(s.first, outputs);
-    for (std::int32_t& output : parts.irregular) detail::renumber(output, outputs);
+    for (detail::plan_segment& s : parts.segments) s.first = detail::row_of_run(s.first, s.count, outputs);
+    for (std::int32_t& output : parts.irregular) output = detail::row_of_run(output, 1, outputs);
     parts.output_count = outputs.size();
     return detail::plan_of(std::move(parts));
 }
@@ -11877,7 +11911,8 @@ struct column_range {
     std::int32_t first, last;
 };
 
-/// Finds the columns of row y whose windows lie in the region. Each range lies inside one run of every row of the window.
+/// Finds the columns of row y whose windows lie completely in the region. Returns them as ranges. In each window row, a single
+/// run of the region covers all windows of a range.
 inline void find_regular_columns(const pixel_region& region, std::int32_t y, std::int32_t radius, buffer<column_range>& result,
                                  buffer<column_range>& next) {
     result.assign(1, {0, region.width()});
@@ -11926,7 +11961,7 @@ public:
     }
 
 private:
-    /// Returns the column of the first output whose window has its center at or after an input column.
+    /// Returns the column of the first output whose window is centered at or after input column `column`.
     std::int32_t output_from(std::int32_t column) const { return (column + plan_.stride - 1) / plan_.stride; }
 
     std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {
@@ -11967,7 +12002,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
-/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
+/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which must be halved(region).
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
@@ -11994,7 +12029,7 @@ constexpr std::string_view scalar_name() {
 }
 }  // namespace detail
 
-/// Returns the name of a tensor in messages.
+/// Returns the text that identifies a tensor in error messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
     return detail::place_in(from.where, "tensor " + detail::printable(name));
 }
@@ -12092,7 +12127,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 
-/// Factor from the accumulator's unit to the output's unit. The order of the operations determines the last bit.
+/// Factor that converts sums in the accumulator's unit to the output's unit. The order of operations determines the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }
@@ -12276,10 +12311,10 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 }}  // namespace ldi
 
 // ---- ldi/nn/dense/detail/row_chain.hpp
-// Runs consecutive layers as one chain. Each task computes a strip, some consecutive rows of the last layer's result, a few rows
-// per step. Ring buffers between the layers keep only the rows that the next layer still needs, and stay in the processor's
-// caches. The tensors inside the network's inverted residual blocks, with 6 to 15 times as many channels as the tensors between
-// the blocks, therefore never reach memory.
+// Runs consecutive layers as one chain. Each task computes one strip (consecutive rows of the last layer's result), a few rows
+// per step. Ring buffers between the layers keep only the rows that the next layer still needs, so they stay in the processor's
+// caches. The tensors inside the network's inverted residual blocks therefore never reach memory; they have 6 to 15 times as many
+// channels as the tensors between the blocks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -12331,14 +12366,14 @@ struct chain_stage {
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
-    /// Dense convolutions read rows with padding on both sides.
+    /// Bytes of input rows copied with padding on both sides, which all dense convolutions except pointwise ones read.
     std::size_t padded_bytes() const {
         const auto* d = std::get_if<dense_layer>(&layer->kind);
         return d == nullptr || d->is_pointwise() ? 0 : d->kernel * padded_row_bytes();
     }
     std::size_t ring_bytes() const { return ring_rows == 0 ? 0 : ring_rows * output_row_bytes() + slack; }
 
-    static constexpr std::size_t slack = 64;  ///< readable bytes after the last value, which kernels require
+    static constexpr std::size_t slack = 64;  ///< kernels require this many readable bytes after the last value
 };
 
 /// minimum pixels per step: enough to reuse packed weights while they are in the cache
@@ -12366,7 +12401,7 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 /// Addresses of a tensor's rows. The rows of `middle` are read from the tensor itself. The rows before and after them are read
 /// from copies, because other strips may overwrite the originals.
 struct row_source {
-    /// addresses of row 0 of the tensor, and of the copies of rows middle.first - reach and middle.end - reach
+    /// addresses of row 0 of the tensor, of the copy of row middle.first - reach, and of the copy of row middle.end - reach
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
     std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
@@ -12376,7 +12411,7 @@ struct row_source {
         if (y >= middle.end) return behind + (y + reach - middle.end) * row_bytes;
         return rows + y * row_bytes;
     }
-    /// Number of contiguous rows from y on.
+    /// Number of contiguous rows that start with row y.
     std::size_t run(std::size_t y) const {
         return (y < middle.first ? middle.first : y < middle.end ? middle.end : ~std::size_t{0}) - y;
     }
@@ -12415,7 +12450,8 @@ private:
         std::size_t next_padded = 0;  // rows of the input before this one are copied to `padded`
     };
 
-    /// Computes the missing rows of a stage before row `end`, and first the rows of earlier stages that they depend on.
+    /// Computes all rows of a stage before row `end` that are not computed yet. First computes the rows of earlier stages that
+    /// they depend on.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -12431,7 +12467,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Number of contiguous rows of a stage's result from y on.
+    /// Number of contiguous rows of a stage's result that start with row y.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
@@ -12469,10 +12505,10 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // index in the image with its margin
+            const std::size_t row = y * layer.stride + k;  // row index in the padded image
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
-            } else {  // padding: the window contains fewer rows of the image than there are slots, so one is free
+            } else {  // padding: the window has fewer image rows than `padded` has slots, so one slot is free
                 std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
                 std::memset(free, layer.padding, row_bytes);
                 segments[k] = free;
@@ -12487,7 +12523,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // index in the image with its margin of 1
+                const std::size_t row = y * layer.weights.stride + k;  // row index in the image padded by 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
@@ -12533,7 +12569,7 @@ struct schedule_step {
     std::size_t output() const { return layers.back() + 1; }
 };
 
-/// Number of readers of each tensor. The network's result counts one extra reader.
+/// Number of readers of each tensor. The network's result has one extra reader.
 inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
     buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
@@ -12547,8 +12583,8 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// Whether to recompute a layer for each of its readers. Recomputing costs less than storing and loading for a dense convolution
-/// with few inputs whose readers are all 1 x 1 convolutions.
+/// Whether to recompute a layer for each of its readers. For a dense convolution with few inputs whose readers are all 1 x 1
+/// convolutions, recomputing costs less than storing and loading the result.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
@@ -12626,7 +12662,7 @@ struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result replaces the input in memory
-    std::size_t reach = 0;  ///< input rows above and below on which a row of the result depends; 0 unless overwrites_input
+    std::size_t reach = 0;          ///< number of input rows on each side that a result row depends on; 0 unless overwrites_input
 };
 
 struct schedule_plan {
@@ -12665,7 +12701,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`. The chain's last layer is an addition, and the last reader of `tensor`.
+/// Lets the result of a chain overwrite `tensor`. The chain ends with an addition, which is the last reader of `tensor`.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -12678,8 +12714,8 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites an input row soon after its first layer has read it. Apart from this layer, only the addition at the
-    // end may read the row, just before it is overwritten.
+    // The chain overwrites an input row soon after the first layer has read the row. Besides the first layer, only the addition
+    // at the end may read the row. The addition reads each row just before overwriting it.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
@@ -12770,8 +12806,7 @@ public:
 
     /// Checks the description and packs its weights.
     ///
-    /// target  the instruction set to pack weights for; must be available, else raises invalid_option. Results do not depend on
-    /// it
+    /// target  the instruction set to pack weights for; raises invalid_option if it is unavailable; does not affect results
     ///
     /// Raises an error that names the tensor if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
@@ -12811,7 +12846,7 @@ public:
         std::string_view name;  ///< name of the last layer's result
         tensor_size size;       ///< size of the last layer's result
         std::size_t layers = 0;
-        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< number of multiplications
     };
 
     /// Lists the steps in the order in which run() calls `progress`.
@@ -13029,8 +13064,8 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/dense/quantized_weights.hpp
-// Builds the description of an 8-bit network from the tensors of a weight file that also stores the operators, as
-// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
+// Builds the description of an 8-bit network from the tensors of a weight file that also stores the operators.
+// examples/training/tiefenrausch_small writes such files, and formats/safetensors.hpp reads them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13044,7 +13079,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     i.bias                               int32  outputs
 ///
 /// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
-/// result of the network. "operator_names" in the metadata contains names of the operators for messages, separated by spaces.
+/// result of the network. The metadata entry "operator_names" may list the operators' names for messages, separated by spaces.
 ///
 /// Raises mismatch or invalid_data, with the name of the tensor, if the file has a different layout. The constructor of
 /// quantized_network checks the rest of the description.
@@ -13179,8 +13214,8 @@ inline const buffer<float>& finite_values(const named_tensors& file, const std::
     return found;
 }
 
-/// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the quantized
-/// values.
+/// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the values before
+/// quantization.
 inline quantization quantization_of(const named_tensors& file, const std::string& of) {
     const std::string name = of + ".range";
     const buffer<float>& ends = finite_values(file, name, {2});
@@ -13198,9 +13233,9 @@ inline quantization quantization_of(const named_tensors& file, const std::string
 // paper compares it with.
 //
 // Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
-// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result
-// of the coarser level and the input of this level's encoder stage, and computes as many channels as this input has, with a
-// leaky ReLU. The last stage computes red, green, blue.
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution with a leaky ReLU. It reads the
+// upsampled result of the coarser level and the input of this level's encoder stage. It computes as many channels as the input of
+// that encoder stage has. Exception: the last stage computes red, green, blue, and has no activation.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13239,7 +13274,7 @@ inline inpainting_architecture partial_convolution_architecture() {
 /// Number format of a network's computation. The results of both formats look the same (bench/README.md).
 enum class arithmetic {
     float32,
-    int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
+    int8,  ///< 8-bit values and 7-bit weights: faster, but the weight file must contain value ranges
 };
 
 /// Returns the format's name in command-line options.
@@ -13284,7 +13319,7 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts a float of the network's input to the value that its first convolution reads.
+/// Converts a float of the network's input to the type that the network's first convolution reads.
 template <class Value>
 struct farbrausch_input;
 
@@ -13435,9 +13470,9 @@ struct farbrausch_level {
 
     buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< encoder's convolution, to the pixels that the network reads on the next level
+    convolution_plan encode;             ///< encoder's convolution; its outputs are the pixels read on the next level
     convolution_plan decode;             ///< decoder's convolution; its outputs are this level's decoded pixels
-    buffer<std::int32_t> decoded_above;  ///< per pixel read: its parent's row among the next level's decoded pixels, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< per read pixel: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
 /// Plans all levels, from the finest to the coarsest.
@@ -13515,7 +13550,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row: 0 if the input color, or the layer's whole window, is unknown, else 1; empty: all 1
 
     /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
@@ -13593,9 +13628,9 @@ inline masked_color average_of(masked_color sum) noexcept {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. The average runs over the known colors
-/// `value(pixel)` of the window's pixels. Sums run column by column for every kind of window, so results do not depend on the
-/// plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. Averages the known colors among the colors
+/// `value(pixel)` of the window's pixels. Adds up every window column by column, in segments and irregular windows alike, so
+/// results do not depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size() == 3);
@@ -13648,11 +13683,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// The network's input, and the fill that the network corrects.
 template <class Value>
 struct smooth_fills {
-    buffer<Value> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
+    buffer<Value> input;  ///< per pixel of `read` of level 0: color - tone (red, green, blue), then 1 for a known color, else 0
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
 };
 
-/// Numbers the unknown pixels from 0, in a quarter of the memory of an index per pixel.
+/// Numbers the unknown pixels from 0, with a quarter of the memory that one index per pixel would require.
 class unknown_numbers {
 public:
     explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
@@ -13729,7 +13764,7 @@ private:
         return result;
     }
 
-    /// Replaces each unknown color by the average of its window, `passes` times.
+    /// Replaces each unknown color with the average of its window, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
@@ -13905,13 +13940,13 @@ class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
-    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; similarly `decoder.I.weight` and `decoder.I.bias`, whose inputs are the channels of the coarser level, then
-    ///          those of the encoder. Int8 also requires `input.range`, `encoder.I.range` and, except for the last,
-    ///          `decoder.I.range`: the minimum and maximum of the quantized values, which
-    ///          examples/training/farbrausch/export.py measures
+    /// weights  for each stage I `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
+    ///          in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser level,
+    ///          followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
+    ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
+    ///          before quantization. examples/training/farbrausch/export.py measures them
     /// kind     the number format of the computation
-    /// target   the instruction set to pack weights for; results agree to rounding
+    /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
     /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
     /// weights that are not finite; unsupported for an architecture out of bounds.
@@ -13934,7 +13969,7 @@ public:
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
-    /// ascending order of i. A surface without any known pixel gets one constant color (black with masked colors).
+    /// ascending order of i. A surface without any known pixel gets one constant color (black for missing_colors::masked).
     ///
     /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
     ///
@@ -13995,7 +14030,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
             level.average = level.average_coarse = {};
             level.above = {}, level.read = {};
         }
-        // Progress advances by the same step for each layer, although the fine levels cost most of the time.
+        // Progress advances by the same step for each layer, although the fine levels take most of the time.
         float done = 0.2F;
         const float step = (1.0F - done) / detail::nearest_float(2 * this->depth());
         const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
@@ -14101,9 +14136,9 @@ public:
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
-    /// Returns the results of the last layer, K x 2: the logit of the share of the front surface in the pixel, to which
-    /// depth/network_decider.hpp adds a prior, and the logit of the probability that this share is on the correct side of 0.5.
-    /// The results of unwanted pixels are uninitialized.
+    /// Returns the results of the last layer, K x 2. Channel 0 is the logit of the front surface's share of the pixel;
+    /// depth/network_decider.hpp adds a prior to it. Channel 1 is the logit of the probability that this share is on the correct
+    /// side of 0.5. The results of unwanted pixels are uninitialized.
     ///
     /// region  K pixels
     /// input   K x 8; examples/training/silhouettes/README.md defines the channels
@@ -14301,7 +14336,7 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
     return result;
 }
 
-/// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
+/// Replaces structures of `details` that are coarser than 16 pixels with the mean of both maps.
 ///
 /// details  H x W x 1, H and W multiples of 16
 /// layout   h x w x 1, any size, in the unit of `details`
@@ -14376,8 +14411,9 @@ public:
     /// target  the instruction set to pack weights for; results do not depend on it
     /// sizes   input sizes of disparity()
     ///
-    /// Raises the errors of quantized_network, mismatch unless the network maps a color image to one channel of the same size
-    /// and the sizes are multiples of 32 up to 4096, and unsupported if the scale of the network's output exceeds 0.25.
+    /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
+    /// size, both sizes are multiples of 32, at most 4096, and sizes.details is positive. Raises unsupported if the scale of
+    /// the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -14485,7 +14521,7 @@ public:
         return result;
     }
 
-    /// Scales color from 0..255 to [0, 1] and quantizes it as the network's input. Returns the shape of `rgb`.
+    /// Scales color from 0..255 to [0, 1] and quantizes it for the network's input. The result has the shape of `rgb`.
     image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
@@ -14513,7 +14549,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
-    /// Estimated fraction of the time of both passes that the detail pass needs, in proportion to its area.
+    /// Estimated fraction of the total time of both passes that the main pass takes, computed from the areas of their inputs.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
@@ -14558,7 +14594,7 @@ struct point {
 // A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
     buffer<point> corners;  // corners of the traced curve
-    buffer<point> smooth;   // corners without the lattice's stair steps; ends stay in place
+    buffer<point> smooth;   // corners, smoothed to remove the lattice's stair steps; ends stay in place
     buffer<point> across;   // unit vectors from back to front
 };
 
@@ -14589,7 +14625,7 @@ inline plane_curve make_plane_curve(const traced_curve& t, const corner_map& lat
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
-    // At the photo's border, the end of a curve slides along the border, so that the band has no gap there.
+    // If a curve ends at the photo's border, the band's row there runs along the border, so that the band has no gap.
     for (const std::int32_t k : {std::int32_t{0}, period}) {
         const std::int32_t corner = t.corners[k];
         if (t.is_closed || !lattice.on_border(corner)) continue;
@@ -14663,14 +14699,14 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Range of cuts of row k at which both surfaces remain. Cuts count pixels from the curve: negative toward the back, positive
-    // toward the front.
+    // Smallest and largest cut of row k that leave pixels on both surfaces. A cut is a distance from the curve in pixels,
+    // negative toward the back and positive toward the front.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo and the band.
+    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo or the band.
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         if (offset < -2 * radius_ || offset >= 2 * radius_) return nullptr;
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
@@ -14695,8 +14731,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // Measures how far the front and back surfaces extend across the band, and averages their colors outside the uncertain
-    // middle. Thin objects have fewer pixels to average.
+    // Measures how far the front and back surfaces extend across the band, and sums their colors outside the uncertain middle. On
+    // thin objects, the middle is narrower, and fewer pixels count.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -14706,7 +14742,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // Two pixels on each side always count: smoothing the curve may have moved it across them.
+        // Two pixels on each side always count, because smoothing may have moved the curve across them.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -14731,18 +14767,18 @@ private:
 // the camera moves.
 //
 // A band of pixels surrounds each discontinuity curve. In its middle, up to the depth map's uncertainty on either side of the
-// curve, the silhouette may be anywhere. The pixels beyond supply color models of the front and the back surface. The best cut
-// through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest path, found by
-// dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Junctions and
-// ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old curve and the new
-// one change sides.
+// curve, the silhouette may be anywhere. The pixels outside the middle supply color models of the front and the back surface.
+// The best cut through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest
+// path, found by dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting".
+// Junctions and ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old
+// curve and the new one change sides.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were tuned on true depth maps that were degraded like those of a network.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
-    /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
+    /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.
     float uncertainty = 3.0F;
     /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
@@ -14775,7 +14811,7 @@ public:
             if (c != cut) cost(row, c) = impossible;
     }
 
-    // Returns the cheapest cuts of `steps` rows, starting at row `first` and wrapping around.
+    // Returns the cuts of the cheapest path through `steps` rows, starting at row `first` and wrapping around.
     buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
         const std::size_t count = places();
         buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
@@ -14875,7 +14911,7 @@ struct swept_pixel {
     }
 };
 
-// Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
+// Appends the pixels whose centers lie in a quadrilateral, which may intersect itself.
 inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
                   buffer<swept_pixel>& swept) {
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
@@ -14973,9 +15009,9 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// photo      H x W x 3
 ///
 /// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
-/// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the uncertainty per pixel
-/// side of the longest curve.
+/// the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty.
+/// Memory is 10 bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the
+/// uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -15013,7 +15049,7 @@ struct undecided_depth {
     image_view<const float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> disparity;                ///< H x W x 1, sharpened, resampled and filtered
     surface_rule surface;
-    float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
+    float sample_size = 1.0F;  ///< side length of a sample of `estimated`, in photo pixels, 1 to 16
 };
 
 /// A depth map in which each pixel beside a silhouette is assigned to the front or the back surface. Result of a
@@ -15045,7 +15081,7 @@ struct aligned_silhouettes {
 
 // ---- ldi/depth/level_dips.hpp
 // Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. This dip ends in a second step, at which no object ends, and which tears the background apart.
+// object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
 // (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
@@ -15053,10 +15089,10 @@ struct aligned_silhouettes {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen on a few photographs with a depth network's estimate.
+/// The defaults were chosen on a few photographs with depth estimated by a network.
 struct level_options {
-    /// Maximum distance of a raised sample from the step, in samples, and half the width of the widest dip, from 0 to 64. 0
-    /// disables leveling.
+    /// Maximum distance of a raised sample from the step, in samples, 0 to 64. Also half the width of the widest dip that is
+    /// leveled. 0 disables leveling.
     int radius = 4;
     /// Maximum depth of a dip, relative to the step beside it, from 0 to 1.
     float max_depth = 0.35F;
@@ -15064,8 +15100,8 @@ struct level_options {
 
 namespace detail::leveling {
 
-/// Combines every sample with the samples up to `radius` before and after it in its row, then in its column, with `pick`, which
-/// returns the larger or the smaller of two values.
+/// Computes the maximum or the minimum over the samples within `radius` rows and columns of every sample. `pick` returns the
+/// larger or the smaller of two values.
 template <class Pick>
 image<float> combined(image_view<const float> map, std::size_t radius, Pick pick) {
     const std::size_t rows = map.height(), columns = map.width();
@@ -15166,7 +15202,7 @@ struct image_components {
 
 // Returns the end of the run of linked pixels that starts at `first`. Neighbors on one surface count as linked.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
-    constexpr std::int32_t step = 16;  // pixels per block: most are linked, and compilers vectorize the inner loop
+    constexpr std::int32_t step = 16;  // pixels per block; most pixels are linked, and compilers vectorize the inner loop
     std::int32_t end = first + 1;
     for (; end + step <= columns; end += step) {
         std::int32_t linked = 0;
@@ -15329,10 +15365,11 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side with
-/// more contacts (shared pixel sides; the farther side if equal), spread inward from these contacts. A component that touches
-/// only one side is not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary
-/// search in a row per pixel of a small component; up to 60 bytes per pixel.
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
+/// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
+/// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
+/// middle value, and does not change. Linear time, except for a binary search in a row per pixel of a small component; up to 60
+/// bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
@@ -15347,16 +15384,16 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/step_band.hpp
-// Finds the band of pixels beside sharp steps of a disparity map, in which the silhouette network assigns pixels to the front or
-// the back. A step is described by a curve of pixels and the front and back disparity of each of them. The band stores the
-// nearest curve pixel of every pixel nearby. examples/training/silhouettes/README.md defines the same band for training.
+// Finds the band of pixels beside the sharp steps of a disparity map. In this band, the silhouette network assigns pixels to the
+// front or the back. A step is described by a curve of pixels, each with a front and a back disparity. The band stores the
+// nearest curve pixel for each of its pixels. examples/training/silhouettes/README.md defines the same band for training.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The network was trained with the defaults.
 struct step_band_options {
     float max_step = 0.02F;  ///< neighbors that differ by more than this are on a step
-    float min_step = 0.06F;  ///< minimum difference between front and back of a curve
+    float min_step = 0.06F;  ///< minimum difference between the front and back of a curve pixel
 };
 
 /// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
@@ -15392,9 +15429,9 @@ struct step_band {
 /// disparity  H x W x 1, finite
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
-/// uppermost. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and columns of a curve.
-/// 6 bytes per pixel, and 20 per pixel of the region.
+/// least min_step. Distances are Euclidean and exact. Of several nearest curve pixels, the leftmost one counts, or the upper one
+/// of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and
+/// columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -15557,7 +15594,7 @@ private:
     step_band_options options_;
     std::int32_t width_, height_;
     image<std::uint8_t> below_;
-    buffer<std::int32_t> number_;  // index of each curve pixel; not set elsewhere
+    buffer<std::int32_t> number_;  // index of each curve pixel in `curve`; not set for other pixels
     pixel_region_builder region_;
     step_band band_;
 };
@@ -15571,18 +15608,18 @@ inline step_band find_step_band(image_view<const float> disparity, const step_ba
 }}  // namespace ldi
 
 // ---- ldi/depth/detail/band_input.hpp
-// Computes the input of the silhouette network, in 8 bits (examples/training/silhouettes/README.md, "The band").
+// Computes the 8-bit input of the silhouette network (examples/training/silhouettes/README.md, "The band").
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The two samples beside a pixel's center along one axis, and their weights.
+/// The two samples beside a pixel's center along one axis, and the interpolation weight.
 struct bilinear_place {
     std::int32_t first, second;
     float share;  ///< weight of `second`
 };
 
-/// Returns, for each of a photo's `pixels` pixels along one axis, the two of the map's `samples` samples to interpolate between.
-/// The centers of samples and pixels are at 0.5, 1.5, ...
+/// Returns the two map samples to interpolate between for each photo pixel along one axis. `samples` and `pixels` are the sizes
+/// of map and photo along this axis. The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
     const float scale = nearest_float(samples) / nearest_float(pixels), last = nearest_float(samples - 1);
@@ -15647,9 +15684,9 @@ inline buffer<std::uint8_t> channel_of(const buffer<std::uint8_t>& input, std::s
 }}}  // namespace ldi::detail
 
 // ---- ldi/depth/detail/side_surfaces.hpp
-// Splits a band into two surfaces, given the share of the front in each pixel. Islands (groups of connected pixels on one side)
-// that are small, or far from every curve, change sides. Pixels whose depth was blurred get the depth of nearby pixels of the
-// same surface.
+// Assigns each pixel of a step band to the front or the back surface, given the front surface's share of the pixel. Islands
+// (groups of connected pixels on one side) that are small, or far from every curve, change sides. Pixels whose depth was blurred
+// get the depth of nearby pixels of the same surface.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -15660,7 +15697,7 @@ public:
     side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
         : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
-    /// Changes the disparity in the band, and writes the shares there.
+    /// Writes the final disparities and shares of the pixels in the band.
     void apply(image<float>& disparity, image<std::uint8_t>& shares) {
         find_sides(disparity);
         flip_islands();
@@ -15672,10 +15709,10 @@ public:
     }
 
 private:
-    /// Maximum distance over which disparity is copied into the band, in steps to neighbors.
+    /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's disparity by at
-    /// most this share of the step.
+    /// For surfaces that lie entirely in the band. A pixel keeps its disparity if it lies no farther than this share of the step
+    /// from the disparity of the pixel's side, toward the other side.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
     /// silhouette, and changes sides whatever its size.
@@ -15747,8 +15784,9 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels
-    /// whose disparity is close to their side's keep it and pass it on. All other pixels get the disparity of their curve's side.
+    /// Copies disparities into the band, first from pixels outside it. A pixel that these do not reach keeps its disparity, and
+    /// passes it on, if it is close to the disparity of the pixel's side. All remaining pixels get the front or back disparity of
+    /// the nearest curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -15815,7 +15853,7 @@ private:
 
     /// Whether `value`, a neighbor's disparity, is plausible for pixel i, on i's side of the step. A neighbor that is nearer to
     /// another curve may belong to another surface. The accepted range extends beyond the step, because a blurred step may be
-    /// wider than the neighborhood of its curve pixels.
+    /// wider than the disk in which its front and back are measured.
     bool fits(float value, std::int32_t i) const {
         constexpr float inward = 0.5F, outward = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);
@@ -15879,17 +15917,18 @@ public:
     }
 
 private:
-    /// Minimum difference between front and back. Lower steps of estimated depth are often inside an object, such as a face.
+    /// Minimum difference between front and back. Smaller steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels. An island is a group of connected
-    /// pixels on one side of a step, inside the band; smaller ones change to the other side.
+    /// Minimum number of pixels of an island, divided by the side length of a depth sample in pixels. An island is a group of
+    /// connected pixels on one side of a step, inside the band. Smaller islands change to the other side.
     static constexpr double min_island_samples = 120;
-    /// Factor of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
+    /// Weight of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.
     static constexpr float prior = 6.0F;
 
-    /// Converts a logit to a share in the units of decided_depth::shares. The exponential function differs between C libraries,
-    /// so a table of the logits between adjacent shares replaces it: results are the same everywhere.
+    /// Adds the prior to a logit, and converts the sum to a share in the units of decided_depth::shares. The exponential function
+    /// differs between C libraries. A table of the logits between adjacent shares replaces it, so that results are the same
+    /// everywhere.
     static std::uint8_t share_of(float logit, std::uint8_t prior_byte) {
         static const share_table table;
         const float lean = std::clamp((detail::nearest_float(prior_byte) - 128.0F) / 127.0F, -0.5F, 0.5F);
@@ -15923,8 +15962,8 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct normalize_options {
-    /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
-    /// other values. Tuned by experiment.
+    /// Share of the pixels that is clamped at either end of the value range, from 0 to less than one half, so that a few outliers
+    /// do not compress all other values. Tuned by experiment.
     float clipped_share = 0.001F;
     /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
     /// bits encode the logarithm of disparity; 0 for a source with fine levels.
@@ -15968,8 +16007,8 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// Returns the source's values in unspecified order. Raises mismatch for another shape, invalid_data if a value cannot be a
-/// disparity.
+/// Returns the source's values in unspecified order. Raises mismatch unless the shape is h x w x 1, and invalid_data if a value
+/// cannot be a disparity.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -15992,7 +16031,7 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// mismatch for another shape; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
 /// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
 /// range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
@@ -16041,9 +16080,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Larger sigmas smooth more noise and lose more thin objects. The defaults were tuned by experiment.
 struct resample_options {
-    /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
+    /// Standard deviation of the Gaussian weight over distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
-    /// Standard deviation of the Gaussian on color difference, in gray levels (Euclidean over the three channels).
+    /// Standard deviation of the Gaussian weight over color difference, in gray levels (Euclidean over the three channels).
     float color_sigma = 20.0F;
 };
 
@@ -16077,7 +16116,7 @@ inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std:
     return (sample * pixel_count + sample_count - 1) / sample_count;
 }
 
-// Averages the colors of the photo's pixels whose centers fall on each sample of the map.
+// Averages, for each sample of the map, the colors of the photo's pixels whose centers lie in the sample.
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<std::size_t> first_column(columns + 1);
@@ -16174,12 +16213,12 @@ private:
     std::size_t first_row(std::size_t v) const { return first_pixel(v, photo_.height(), disparity_.height()); }
     std::size_t first_column(std::size_t u) const { return first_pixel(u, photo_.width(), disparity_.width()); }
 
-    // Position of a pixel's center in the map, in samples, between half a sample before the first and half a sample after the
-    // last sample's center.
+    // Position of a pixel's center in the map, in samples from the center of the first sample: from -0.5 to the number of samples
+    // minus 0.5.
     float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
     float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
 
-    // Collects the window around a sample. Equal disparities keep the order of their samples: sums of floats depend on it.
+    // Collects the window around a sample. Samples of equal disparity keep their order, because sums of floats depend on it.
     void gather(std::size_t u, std::size_t v, window& around) const {
         std::array<window::sample, samples> found;
         std::array<float, samples> disparity;
@@ -16290,8 +16329,8 @@ private:
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
-/// Point-samples maps at least as fine as the photo. Raises mismatch for empty images or other numbers of channels,
-/// invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
+/// If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty images or
+/// wrong numbers of channels, invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -16329,7 +16368,8 @@ struct sharpen_options {
     int radius = 3;
     /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step.
     float min_change = 3.0F;
-    /// Minimum ratio of this change to the change within twice the radius. For a slope, the ratio is one half.
+    /// Minimum ratio of the change within the radius to the change within twice the radius. A uniform slope has a ratio of one
+    /// half.
     float min_share = 0.7F;
 };
 
@@ -16369,8 +16409,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, where networks err in their last
-// samples; edges from farther inside are extended to the border.
+// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, because the outermost samples of a
+// network's depth map are unreliable. Extends edges from farther inside to the border.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
@@ -16453,16 +16493,17 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
 // ---- ldi/depth/weighted_median.hpp
 // The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
 // around a pixel, sorted by value, it selects the sample for which the sum of the weights before it is closest to the sum of the
-// weights after it. Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight,
+// weights after it. Weights decrease with the disparity difference from the center. Samples next to an edge have zero weight,
 // which forces a decision between the two sides.
 //
-// Sorting networks filter four pixels at once: they sort columns of five and merge pairs of columns, which neighboring windows
-// share; then they merge two pairs and a column. Weights depend only on the value, so only values are sorted.
+// Sorting networks filter four pixels at once. They sort columns of five samples and merge pairs of columns; neighboring windows
+// share both. For each window, they then merge two pairs and a column. A sample's weight depends only on its value, so only
+// values are sorted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct weighted_median_options {
-    /// Standard deviation of the Gaussian on the difference in disparity to the center.
+    /// Standard deviation of the Gaussian weight over the disparity difference from the center.
     float sigma = 0.2F;
 };
 
@@ -16590,7 +16631,7 @@ struct sorted_columns {
         }
     }
 
-    // Filters the four pixels whose windows start at column x.
+    // Filters the four pixels whose windows start at columns x to x + 3.
     //
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
     // either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain medians are
@@ -16727,7 +16768,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, also of curves in front of the background; for comparison with `midground`
+    all,        ///< every end inside the photo, including on curves in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
@@ -16741,21 +16782,22 @@ struct curve_options {
     /// Ends of curves at which the hidden surface must not spread sideways.
     constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
-    /// most 0.05. Maps above the limit are mostly noise. For these, first drops curves shorter than min_length, then the shortest
-    /// remaining ones until the limit holds. A map of noise then takes only a few times as long as a photograph's map.
+    /// most 0.05. Maps above the limit are mostly noise. From such maps, find_discontinuity_curves() drops curves shorter than
+    /// min_length, then the shortest remaining curves until the limit holds. A map of noise then takes only a few times as long
+    /// as the map of a photograph.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.
     std::size_t max_sides = 500'000;
 };
 
-/// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
-/// curve, and points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
+/// A ray that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the curve, and
+/// points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
     float x, y;  ///< end of the curve
-    /// Unit vector along the curve, out of its end; zero if the curve returns to its end.
+    /// Unit vector along the curve, pointing out of its end; zero if the curve loops back to this end.
     float outward_x, outward_y;
-    float perpendicular_x, perpendicular_y;  ///< unit vector along the half line, or zero
+    float perpendicular_x, perpendicular_y;  ///< unit vector along the ray, or zero
 };
 
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
@@ -16786,7 +16828,7 @@ inline buffer<std::size_t> group_lengths(const buffer<traced_curve>& traces) {
 // in total. Returns 0 if all curves fit.
 inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max_sides, std::size_t min_length) {
     if (tracer.corners().side_count() <= max_sides) return 0;
-    buffer<std::size_t> sides;  // per length of a curve: sides of all such curves
+    buffer<std::size_t> sides;  // per curve length: number of sides of all curves of this length
     tracer.for_each_curve([&](const traced_curve& t) {
         if (t.sides.size() >= sides.size()) sides.resize(t.sides.size() + 1);
         sides[t.sides.size()] += t.sides.size();
@@ -16800,8 +16842,9 @@ inline std::size_t min_length_within(const curve_tracer& tracer, std::size_t max
 
 namespace detail {
 
-/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked, the front is not the farther
-/// one, and constraints start inside the lattice and have directions.
+/// Raises mismatch for curves that do not fit the layer. Each side must separate two neighboring pixels that are not linked, and
+/// the front must not be farther than the back. Each constraint must start inside the lattice, and its directions must be unit
+/// vectors or zero.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
                          const char* where) {
     const auto refuse = [&](const discontinuity_curve& c, const std::string& found) {
@@ -16840,8 +16883,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// Raises invalid_option for a density outside [0, 2].
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
-/// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
-/// end is still as large as the threshold, so a camera that moves along the curve sees behind the front surface there, past the
+/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. Even at a curve's
+/// end, the step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
 /// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
@@ -16911,8 +16954,8 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 }}  // namespace ldi
 
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
-// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that growth costs only the
-// new pixels. At the end, one pass merges both into canonical order.
+// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that the cost of growth
+// depends only on the number of new pixels. At the end, one pass merges both into canonical order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17036,7 +17079,7 @@ private:
     // Returns all pixels in canonical order (core/canonical_order.hpp), as a list of pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
-                                         0);  // per row: number of hidden pixels that start a run, later their first index
+                                         0);  // per row: number of hidden pixels that start a run, then index in hidden_starts
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
             if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
         for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];
@@ -17118,7 +17161,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past this end of the midground, the camera sees the surface behind the midground. nearest_front()
+                // Past this end of the curve, the camera sees the surface behind the midground. The nearest front pixel
                 // determines the parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
@@ -17182,7 +17225,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows a pixel one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
+    // Grows the surface of a pixel by one step toward side `s`: links the pixel to an existing one of its surface, or adds one.
     void grow(const front_pixel& from, side s) {
         const auto [curve, pixel] = from;
         if (const std::int32_t neighbor = pixels_.neighbor(pixel, s); neighbor != no_pixel) {
@@ -17223,9 +17266,9 @@ private:
         created_.push_back({curve, made});
     }
 
-    // The first origin from which growth reaches a pixel is not always the one from which it may continue farthest. If the origin
-    // of `pixel` leaves more room beyond a hidden neighbor than the neighbor's own origin, the neighbor continues the surface at
-    // that origin and grows again.
+    // The first origin from which growth reaches a pixel is not always the one from which growth may continue farthest. If the
+    // origin of `pixel` leaves more room beyond a hidden neighbor than the neighbor's own origin, the neighbor adopts this origin
+    // and grows again.
     void improve_origin(std::size_t curve, std::int32_t pixel, std::int32_t neighbor) {
         const std::int32_t origin = pixels_.origin(pixel), before = pixels_.origin(neighbor);
         const std::int32_t x = pixels_.x(neighbor), y = pixels_.y(neighbor);
@@ -17236,9 +17279,8 @@ private:
         created_.push_back({curve, neighbor});
     }
 
-    // Joins hidden surfaces at similar depth. Links the surface of `pixel` to a surface at `position` that has no neighbor on
-    // that side yet. Returns whether growth ends: it ends if it made a link, or at a hidden surface at similar depth to which no
-    // link is possible.
+    // Joins surfaces at similar depth: links `pixel` to a pixel at `position` that has no neighbor on the side toward `pixel`.
+    // Returns whether growth ends. It ends after a link, and at a hidden surface at similar depth to which no link is possible.
     bool ends_at_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_joined_step * surface_.max_step;
@@ -17315,10 +17357,10 @@ private:
     }
 
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
-    // line from the curve's end behind the front surface. It is as long as the surface grows at that end: a surface that grows
-    // farther from elsewhere may pass it. It also extends by 2 pixels to the back surface's side of the curve, a value tuned by
-    // experiment. Steps from outside may cross it: they come from the other side of a narrow front, or have passed the line. A
-    // step that meets the same surface outside, as between the lines of two curves, may cross it, too.
+    // line that leads from the curve's end behind the front surface. The line is as long as the surface grows at that end, so a
+    // surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction, a value
+    // tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow front, or
+    // around the line. Steps that meet the same surface outside, for example between the lines of two curves, are also allowed.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -17342,7 +17384,7 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    float parallax_ = 0.0F;                // maximum parallax in pixels of a disparity of 1
+    float parallax_ = 0.0F;                // maximum parallax, in pixels, of a disparity difference of 1
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
@@ -17363,11 +17405,11 @@ struct expand_options {
     /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
     /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this is the tighter limit, views within
+    /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this limit ends growth early, views within
     /// `motion` show gaps.
     int iterations = 4096;
     /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
-    /// 1 with the default motion; without the limit, noise and staircases would need 6.
+    /// 1 with the default motion. Without the limit, maps of noise or of staircases would need 6.
     float max_hidden = 1.25F;
     /// Whether hidden surfaces behind different curves join where they meet at similar depth. If false, they pass each other; for
     /// comparison only.
@@ -17379,7 +17421,7 @@ template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
     /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
-    /// expand_options::iterations or max_hidden is the tighter limit.
+    /// expand_options::iterations or max_hidden ended growth early.
     float motion = 0.0F;
 };
 
@@ -17547,7 +17589,7 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 /// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
-/// Raises mismatch if the images or the camera differ in size, or have no pixel; invalid_option for a threshold that is not 0 or
+/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold that is not 0 or
 /// more; invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
@@ -17598,7 +17640,7 @@ private:
     static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
     static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
-    /// Whether the known pixels at a distance from a side have nearly one color.
+    /// Whether the known pixels at the given distance from a side have nearly the same color.
     bool has_one_color(side inward, std::int32_t distance) const {
         std::array<double, 3> mean{};
         double count = 0, deviation = 0;
@@ -17639,7 +17681,7 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/border_lines.hpp
-// Measures the slopes of a photo's lines at its border, and selects the pixels of the photo that its surfaces show again past the
+// Measures the slopes of lines at a photo's border, and selects the photo's pixels whose colors its surfaces repeat past the
 // border (occlusion/past_frame.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -17648,9 +17690,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// inward.
 class border_lines {
 public:
-    /// color    K x 3
+    /// color   K x 3
     /// inward  direction from this side into the photo
-    /// rim      width of the rim at this side (detail/photo_rim.hpp)
+    /// rim     width of the rim at this side (detail/photo_rim.hpp)
     border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inward, std::int32_t rim)
         : graph_(g),
           color_(color),
@@ -17679,10 +17721,10 @@ public:
         return result;
     }
 
-    /// Appends the rim's sources at the border pixel `start`, inner side first, then those of the `count` pixels past the border.
-    /// A source is the pixel whose color is copied. The path of the sources mirrors the photo: it leads inward from the rim,
-    /// along lines of the given slope, and turns back where the surface ends. Returns the number of rim pixels, or 0 if the
-    /// surface ends inside the rim.
+    /// Appends the sources of the rim's pixels at the border pixel `start`, from the innermost outward, then the sources of the
+    /// `count` pixels past the border. The source of a pixel is the pixel whose color it gets. The path of the sources mirrors
+    /// the photo: it leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns
+    /// the number of rim pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -17704,7 +17746,7 @@ public:
     }
 
 private:
-    static constexpr int depth = 24;              // number of pixels inward that are measured
+    static constexpr int depth = 24;              // number of pixels measured inward from the border or the rim
     static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
     /// Sums of products of two gradients: inward, and along the border.
@@ -17719,7 +17761,7 @@ private:
         }
     };
 
-    /// Returns the first pixel inside the rim, or no_pixel if the surface ends inside the rim.
+    /// Returns the first pixel beyond the rim, going inward, or no_pixel if the surface ends within the rim.
     std::int32_t pixel_inside(std::int32_t pixel) const {
         for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inward_);
         return pixel;
@@ -17808,7 +17850,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class frame_pixels {
 public:
     frame_pixels() = default;
-    /// old     the layered image before it continues
+    /// old     graph of the layered image before its continuation
     /// margin  width of the new lattice's margin on each side
     /// count   number of old and new pixels
     frame_pixels(const graph_view& old, std::int32_t margin, std::size_t count)
@@ -17891,7 +17933,7 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upward or downward.
+/// continues past it. Then each pixel of the first and the last row, old or new, continues upward or downward.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -17977,9 +18019,9 @@ private:
     struct line {
         std::int32_t first, last, left, right;
     };
-    /// A column of `reach` new pixels above or below the photo. It continues a pixel of the photo's first or last row, or of the
-    /// row's continuation to the left or right. `source` is that pixel or, in the continuation, the pixel that it shows. `border`
-    /// is the border pixel whose disparity the column gets.
+    /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
+    /// row. `source` is that old pixel, or the old pixel that the new pixel shows. `border` is the border pixel whose disparity
+    /// the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -17999,14 +18041,14 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The runs begin with the
-    /// disparities of `pixel` and `other`.
+    /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The first pixels of the
+    /// runs have the disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
     }
 
-    /// Sets `lines` to the runs of row y, in canonical order with their continuations.
+    /// Sets `lines` to the runs of row y, in the canonical order of the continued runs.
     void find_lines(std::int32_t y, buffer<line>& lines) const {
         lines.clear();
         for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
@@ -18094,8 +18136,8 @@ private:
         return beside;
     }
 
-    /// Sets `runs` to the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first
-    /// column of a run and the column after its last one.
+    /// Sets `runs` to the runs of columns that reach the given distance from the photo, in canonical order. Each pair contains
+    /// the first column of a run and the column after its last one.
     void find_runs(std::int32_t distance, const buffer<column>& columns,
                    buffer<std::pair<std::int32_t, std::int32_t>>& runs) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
@@ -18153,7 +18195,7 @@ private:
 // continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
-// see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
+// process a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18216,10 +18258,11 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 ///
 /// A new pixel shows a pixel of the photo: it gets that pixel's softened color and the disparity of the border pixel, and its
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
-/// color along a side, such as the edge of a scanned slide, would become a line across the picture. The colors inside the rim
-/// replace it, and its pixels become unknown. The result is in canonical order. Raises invalid_option for a motion that is not 0
-/// or more, mismatch if `facts` has a margin or a camera of another size than the lattice, invalid_data for disparities that are
-/// not finite, and too_large for 2^31 pixels or positions; after too_large the layers are empty. Linear time.
+/// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
+/// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
+/// invalid_option for a motion that is not 0 or more, mismatch if `facts` has a margin or if the camera and the lattice differ in
+/// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
+/// are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -18239,7 +18282,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
-    constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
+    constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         const graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
@@ -18268,7 +18311,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // Replaces the values of the new_pixel rules: black, and the disparity of the pixel that the new pixel shows.
+            // Replaces the values that the new_pixel rules set: black, and the disparity of the pixel that the new pixel shows.
             const std::int32_t at = to + i - p.first;
             const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
             std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
@@ -18283,8 +18326,8 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so they would open as cracks and cut
-// charts into slivers. Therefore, this stage links the pixels on both sides, and the mesh spans the step.
+// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so the groups would open as cracks and cut
+// charts into slivers. Therefore, this stage links the pixels on both sides of each discontinuity, and the mesh spans the step.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18333,8 +18376,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of the known pixel `pixel`, which is a neighbor of an unknown pixel on its
-///                 side `side`
+/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on the unknown
+///                 pixel's side `side`
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
@@ -18468,8 +18511,9 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// Squared mean of the square roots of detail, for normal noise with standard deviation 1. It is (E |d|^0.5)^2 = 0.676 times
-    /// the standard deviation of d, the difference between a pixel and the mean of four neighbors, which is sqrt(1 + 1/4).
+    /// Squared mean of the square roots of detail, (E |d|^0.5)^2, for normal noise with standard deviation 1. d is the difference
+    /// between a pixel and the mean of its four neighbors, with a standard deviation of sqrt(1 + 1/4). The value is 0.676 times
+    /// this deviation.
     static constexpr float of_unit_noise = 0.756F;
 
 private:
@@ -18603,7 +18647,7 @@ public:
     /// Samples the colors of both surfaces at every side.
     ///
     /// colors    K x 3
-    /// contrast  minimum distance between distinguishable colors, in 1 / 255
+    /// contrast  minimum Euclidean distance between distinguishable colors, in gray levels
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
             const bool has_both = sample(colors, s.front, s.toward_front, s.foreground) &&
@@ -18632,13 +18676,13 @@ private:
         }
     }
 
-    /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
-    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a silhouette,
-    /// where colors are mixed.
+    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band, or on a surface
+    /// narrower than the band, to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps
+    /// from a silhouette, where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette, all neighbors may be equally close to it; the walk then continues straight on.
+        // At a corner of the silhouette, no neighbor may be farther from it than the pixel. The walk then goes straight on.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {
@@ -18676,8 +18720,8 @@ private:
 // Estimates how much of each color beside a silhouette comes from the nearer surface, where this share is unknown. Each pixel
 // searches for the pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B
 // (Wang and Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time
-// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a
-// pixel is pulled to its own estimate.
+// Alpha Matting, Eurographics 2010). Diffusion then smooths the shares. The smaller the error of a pixel's pair, the closer the
+// pixel stays to its own estimate.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -18688,8 +18732,8 @@ struct mixture {
     int confidence = 0;  ///< 0 to 8: weight of the estimate in the diffusion; each neighbor has weight 1
 };
 
-/// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
-/// because in textured regions some pair explains every color; the preference was tuned on bench/quality.
+/// Returns the mixture of a foreground and a background sample that is closest to a color. Prefers nearly pure mixtures, because
+/// in textured regions almost any color is a mixture of some pair. The preference was tuned on bench/quality.
 ///
 /// known_alpha  share of the foreground if it is known, else nullptr
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
@@ -18711,7 +18755,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
+    // Grain alone causes errors of a tenth of the contrast. At half the contrast, the color is not a mixture of the two.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
@@ -18750,8 +18794,8 @@ public:
     }
 
 private:
-    /// A pixel uses the samples at its nearest silhouette side. It also uses those at the nearest sides of the four pixels at
-    /// this distance, in pixels, along its row and column.
+    /// A pixel uses the color samples at its own nearest silhouette side, and at the nearest sides of four other pixels. These
+    /// are this many pixels away along its row and column.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -18791,7 +18835,7 @@ private:
         return unmix(color, foregrounds, backgrounds, count, is_known ? &share : nullptr);
     }
 
-    /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
+    /// Connects a pixel to its neighbors in the picture, even across the silhouette, because shares are smooth there. Outside
     /// the band, colors are pure.
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];
@@ -18842,7 +18886,7 @@ struct mixed_color_options {
     /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side; at least two pixels. Applies only
     /// where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
-    /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
+    /// Minimum Euclidean RGB distance between colors that count as different. Each channel is in [0, 255].
     float contrast = 40.0F;
 };
 
@@ -18902,15 +18946,15 @@ inline int band_width(float reach, const graph_view& g) {
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
-/// Replaces mixed foreground colors by the foreground's own color, and marks mixed background colors as unknown.
+/// Replaces mixed foreground colors with the foreground's own color, and marks mixed background colors as unknown.
 template <class Layers>
 class color_cleaner {
 public:
     color_cleaner(Layers& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
         : layers_(layers), band_(band), mixtures_(mixtures), known_(layers.template column<known_column>()) {}
 
-    /// Cleans the pixels that touch the silhouette if they are mixed, and pixels linked to them through mixed pixels. Farther
-    /// away, a color that looks mixed is the surface's own color.
+    /// Cleans the mixed pixels that touch the silhouette, and those that are linked to them through other mixed pixels.
+    /// Elsewhere, a color that looks mixed is the surface's own color.
     void clean() {
         const buffer<silhouette_band::place>& places = band_.places();
         buffer<std::uint8_t> reached(places.size(), 0);
@@ -18939,8 +18983,9 @@ private:
         return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
-    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample of
-    /// the other surface. O minimizes |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4, where a is the share of the own surface.
+    /// Replaces a pixel's color C with an estimate O of its own surface's color. O minimizes
+    /// |C - a O - (1 - a) other|^2 + |O - own|^2 / 4, where a is the share of the pixel's own surface, and `own` and `other` are
+    /// the color samples of its own and the other surface.
     void clean(std::int32_t place) {
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;
@@ -19156,8 +19201,8 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/texture_looks.hpp
-// Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
-// applied four times, blurs them. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// Color features of texture cells: their high frequencies, and their blurred surroundings. The blur is a 3 x 3 binomial filter
+// over links, applied four times. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -19293,9 +19338,9 @@ inline texture_looks look_at(const texture_cells& cells, array_view<const std::u
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/texture_search.hpp
-// Finds the known pixel from which each unknown pixel copies its texture: the randomized search of PatchMatch (Barnes,
-// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009)
-// over the links of a layered image, so that the search never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
+// Finds the known pixel from which each unknown pixel copies its texture. Uses the randomized search of PatchMatch (Barnes,
+// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009).
+// The search follows the links of a layered image, so it never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
 // Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -19322,7 +19367,7 @@ public:
 private:
     // Cost of two neighboring cells whose sources are not neighbors; tuned by experiment.
     static constexpr int incoherence = 100;
-    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good sources.
+    // One in `search_interval` cells also samples random sources. Good sources then propagate to its neighbors.
     static constexpr std::uint32_t search_interval = 32;
 
     /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
@@ -19475,7 +19520,7 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // width in steps of the margin, whose cells the blur and the taps of sources read
+    static constexpr int margin = 3;  // width in steps; the blur and the taps of source cells read the margin
 
     texture_options options_;
     texture_cells cells_;
@@ -19530,10 +19575,10 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 
 // ---- ldi/inpaint/uncertain_rims.hpp
 // Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are inaccurate by up
-// to a few samples, so such traces remain on the background beside them, and inpainting would continue them. Most pixels there
-// are visible and have the background's own color, so refilling all of them would blur the photo. Instead, mark_uncertain_rims()
-// makes them unknown while hidden surfaces are colored. restore_rims() then restores the pixels that show no trace of the surface
-// in front.
+// to a few samples, so such traces remain on the background beside silhouettes, and inpainting would continue the traces. Most
+// pixels beside silhouettes have the background's own color, so refilling all of them would blur the photo. Instead,
+// mark_uncertain_rims() marks these pixels as unknown while hidden surfaces are colored. restore_rims() then restores the pixels
+// that show no trace of the surface in front.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -19554,8 +19599,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if the two look
-/// alike.
+/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if `from` and
+/// `to` look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
@@ -19574,7 +19619,7 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Linear time, for any width; up to 150 bytes per pixel, if all lie within it.
+/// Linear time, for any width; up to 150 bytes per pixel, if all pixels lie within the width.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -19612,8 +19657,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 ///
 /// layers  on the photo's lattice
-/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if it lacks a pixel that
-///         rim_column marks
+/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
+///         that rim_column marks
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     struct rim_pixel {
@@ -19641,11 +19686,11 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
 }}  // namespace ldi
 
 // ---- ldi/charts/chart_set.hpp
-// Charts: flat pieces of a layered image, into which charts/charts.hpp divides it, and their positions in an atlas.
+// Charts: the flat pieces into which charts/charts.hpp divides a layered image, and their positions in an atlas.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Maximum width and height of a chart's bounding box, in pixels: the maximum side of the default atlas
+/// Maximum width and height of a chart's bounding box, in pixels: the default maximum side of an atlas
 /// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
 inline constexpr std::int32_t max_chart_box = 8192;
 
@@ -19722,9 +19767,9 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface.
-/// All other values are 0; in a photo, these are almost all. Around a position with value 0, all pixels within `range` rows and
-/// columns belong to one surface, so constraint 3 holds there.
+/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface;
+/// 0 elsewhere. In a photo, almost all values are 0. Around a position with value 0, all pixels within `range` rows and columns
+/// belong to one surface, so constraint 3 holds there.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -19747,8 +19792,8 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 }
 
 /// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
-/// side exceeds it already. Otherwise, scales the area of each longer box by `side` over its longer side, because the pieces of a
-/// winding chart together are as long as the whole.
+/// side exceeds it already. Otherwise, multiplies the area of each box whose longer side L exceeds it by `side` / L, because the
+/// pieces of a winding chart together are as long as the whole.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -19760,9 +19805,9 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows charts one after the other, each in two alternating steps: all pixels that no other surface is near, then the nearest
-/// contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that
-/// nothing must be cleared between charts.
+/// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
+/// nearest contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that nothing must
+/// be cleared between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -19795,8 +19840,8 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. Unlike a pixel_run, a strip
-    /// need not be adjacent in memory: pixels may have any order, so growth only follows links. The strip stores the position of
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. Unlike those of a pixel_run,
+    /// the pixels of a strip need not be adjacent in memory, because growth only follows links. The strip stores the position of
     /// its first pixel, because reading it again would cost a cache miss.
     struct strip {
         std::int32_t first, x, y, count;
@@ -19861,7 +19906,8 @@ private:
         }
     }
 
-    /// Adds a free pixel to the chart, and those to its right and left; contested pixels wait.
+    /// Adds a pixel, and the pixels that are linked to its right and left, to the chart. Queues contested pixels instead. Skips a
+    /// pixel that already has a chart.
     void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return;
         if (near_other_[at(x, y)] != 0)
@@ -19976,9 +20022,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface from `pixel` along
-    /// rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the ends of
-    /// both paths differ from that of `other`.
+    /// Whether `other`, at this distance in steps, lies on a different surface than `pixel`. Follows the surface from `pixel`
+    /// along rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the
+    /// ends of both paths differ from that of `other`.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
@@ -20030,9 +20076,10 @@ private:
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
-// Pixels that constraints 1 and 3 may keep out of a chart join it last, the nearest first. The surface that the photo shows then
-// stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the background's hidden part
-// would reach the end of a silhouette before the front surface, and cut a piece out of the front surface.)
+// Pixels that constraints 1 and 3 may keep out of a chart join it last, ordered by depth, nearest first. The surface that the
+// photo shows then stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
+// background's hidden part would reach the end of a silhouette before the front surface, and cut a piece out of the front
+// surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
 // would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
 // it.
@@ -20041,14 +20088,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct chart_options {
     /// Maximum width and height of a bounding box, in pixels; 16 to max_chart_box. The photo's width and height are divided
-    /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight
-    /// filled their atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the
-    /// photo was not divided at all, so the default divides only larger photos.
+    /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. In a test with ten photos of
+    /// 1152 x 1536, eight had the best atlas when the photo was not divided: their charts filled 0.58 to 0.89 of the atlas, and
+    /// the atlas compressed 3 to 5 % smaller than with a limit of 512. The default therefore divides only larger photos.
     std::int32_t max_side = 2048;
     /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
-    /// like rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
+    /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 
@@ -20107,7 +20154,7 @@ public:
 
     /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // an equal size skips the leaves that were too small for it
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // equal sizes continue the search where it ended
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -20138,8 +20185,8 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf without the full height or width comes first in the tree. add() inserts it last, because it inserts before the
-        // others.
+        // In the tree, the leaf without the full height or width comes first. It is added last, because add() inserts a leaf in
+        // front of those added before.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }
@@ -20185,8 +20232,8 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 
 }  // namespace detail
 
-/// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
+/// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets with aspect ratios from about 1:2 to 2:1 and keeps
+/// the smallest sheet. Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -20241,8 +20288,8 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, the largest first, each on the first sheet with enough room. Raises too_large for a
-/// rectangle that is larger than a sheet.
+/// Packs all rectangles, each at least 1 x 1, on sheets of up to max_side x max_side. Starts with the largest, and places each on
+/// the first sheet with enough room. Raises too_large for a rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
@@ -20271,9 +20318,10 @@ inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::
 }}  // namespace ldi
 
 // ---- ldi/texture/padding.hpp
-// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a
-// few texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock
-// padding fills every 16 x 16 block that the padded chart touches by diffusion, because JPEG mixes the colors within a block.
+// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a few
+// texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock padding
+// is also diffused. It fills the rest of every 16 x 16 block that the padded chart touches, because JPEG mixes the colors within
+// a block.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -20366,7 +20414,7 @@ private:
         });
     }
 
-    /// Raises mismatch for the first of a run of pixels whose texel belongs to an earlier pixel.
+    /// Raises mismatch for the first pixel of a run whose texel already belongs to another pixel.
     [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
         for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
         raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
@@ -20399,8 +20447,8 @@ private:
         return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
     }
 
-    /// Widens the filter padding by one texel. Two surfaces that meet each fill half of the gap. A surface that continues takes
-    /// precedence over one that ends.
+    /// Widens the filter padding by one texel. Where two surfaces face each other, each fills half of the gap. A surface that
+    /// continues takes precedence over one that ends.
     void grow_border() {
         next_border_.clear();
         for (const border_texel& b : border_) {
@@ -20446,7 +20494,7 @@ private:
         }
     }
 
-    /// Lists the blocks in one row of blocks that have unknown texels, and marks these texels.
+    /// Lists the blocks with unknown texels in one row of blocks, and marks their empty texels as `macroblock`.
     void find_open_blocks(atlas_rectangle room, std::int32_t y) {
         open_blocks_.clear();
         for (std::int32_t x = 0; x < room.width; x += macroblock_side) {
@@ -20533,10 +20581,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding
-/// below 1, mismatch for charts of another image or with two pixels at one position. Time is linear in pixels and texels, except
-/// for packing, which is proportional to the number of charts times the number of their different sizes. Memory is up to 32 bytes
-/// per pixel and per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding below 1, mismatch for
+/// charts of another image or with two pixels at one position. Time is linear in pixels and texels, except for packing, whose
+/// time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32 bytes per pixel and
+/// per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -20599,8 +20647,8 @@ struct sheet_options {
     std::int32_t margin = 0;
 };
 
-/// Scale along one axis: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within its
-/// margin. Positions in the layered image include the margin.
+/// Scale along one axis: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image. Positions in
+/// the layered image include its margin.
 struct sheet_scale {
     /// `photo`: pixels of the photo; `layers`: pixels of the layered image without its margin
     std::int64_t photo = 1, layers = 1;
@@ -20679,8 +20727,9 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// Returns the color of the surface that the photo may mix into this pixel: the most different color among the pixels
-    /// within `reach` whose own source is not `photo`. Returns the pixel's own color if there is none.
+    /// Returns the color of the other surface that may be mixed into this pixel. Among the photo's colors within `reach`, at
+    /// pixels whose own source is not `photo`, it is the color that differs most from the pixel's own color. Returns the pixel's
+    /// own color if there is no such pixel.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -20741,7 +20790,7 @@ private:
             }
     }
 
-    std::int32_t left_, top_;  // position of the first pixel in the photo
+    std::int32_t left_, top_;  // position of pixel (0, 0) in the photo
     std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
@@ -20902,7 +20951,7 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 /// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is no such
 /// size.
 ///
-/// scale  pixels of the photo per pixel of the layered image, the larger of both axes
+/// scale  pixels of the photo per pixel of the layered image, on the axis where this ratio is larger
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
     // Chart edges that lie inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
@@ -20913,13 +20962,14 @@ inline std::int32_t max_chart_side(double scale, const sheet_options& options = 
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Allocates room on a sheet, at the photo's size, for every chart with a pixel that the photo shows.
+/// Allocates room on a sheet, at the photo's resolution, for every chart with a pixel that the photo shows.
 ///
 /// layers                     known_column marks the pixels that the photo shows
 /// charts, atlas              made from these layers
 /// photo_height, photo_width  size of the photo for draw_sheet()
 ///
-/// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
+/// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, too_large for a chart that fits on no
+/// sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -20971,13 +21021,13 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, the texels are the photo's own,
-/// unchanged. Beside silhouettes and where colors were changed, the neighboring surface's share is removed from the photo's
-/// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
+/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, copies texels from the photo.
+/// Beside silhouettes and where colors were changed, removes the neighboring surface's share from the photo's color. Where the
+/// photo shows another surface, interpolates the colors of the atlas.
 ///
 /// sheet          1 to layout.sizes.size() - 1
 /// charts, atlas  those given to lay_out_sheets()
-/// worked_on      the photo from which the layered image was made, at the layered image's size
+/// worked_on      the photo from which the layered image was made, at the layered image's size without its margin
 /// photo          the same photo, at the size given to lay_out_sheets()
 ///
 /// Raises mismatch if inputs don't fit together.
@@ -21224,7 +21274,7 @@ struct chart_outlines {
     buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
     buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
     buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    /// One per pixel: bits 0 to 3 are set if its upper, right, lower, left side is a boundary of its chart.
+    /// One per pixel: bit 0, 1, 2 or 3 is set if the pixel's upper, right, lower or left side is a boundary of its chart.
     buffer<std::uint8_t> boundary_sides;
     buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
@@ -21385,8 +21435,8 @@ private:
             mean = {};
             const pixel_side following = walk_.next(last, visit);
             if (partner(following) != other) break;
-            // The piece continues if the other chart has the same two sides in a row. Otherwise a third chart or a silhouette
-            // begins here.
+            // The piece continues if the two sides are also consecutive on the boundary of the other chart. Otherwise, a third
+            // chart or a silhouette begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
             forward_.push_back({x, y, mean.value()});
             last = following;
@@ -21477,8 +21527,8 @@ struct plane_vector {
     friend plane_vector operator/(plane_vector a, float divisor) { return {a.x / divisor, a.y / divisor}; }
 };
 
-/// Returns the unit normal of an edge of an outline, out of the chart, which lies to the right of the edge. Returns the zero
-/// vector for an edge between equal corners.
+/// Returns the unit normal of an outline edge that points out of the chart. The chart lies to the right of the edge. Returns the
+/// zero vector for an edge between equal corners.
 inline plane_vector outward_normal(const outline_corner& from, const outline_corner& to) {
     const plane_vector normal{nearest_float(to.y - from.y), -nearest_float(to.x - from.x)};
     const float length = normal.length();
@@ -21499,8 +21549,8 @@ struct lattice_point {
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// A polygon that consists of chains, with at most 2^28 vertices in total. `next` is the vertex after each vertex, or -1 at the
-/// end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
+/// A polygon that consists of chains, with at most 2^28 vertices in total. `next` stores the successor of each vertex, or -1 at
+/// the end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
 /// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
 /// An outline may touch itself from outside, in vertices and along whole edges. Such a vertex is listed once for each part of
@@ -21535,9 +21585,9 @@ inline constexpr std::int32_t max_polygon_vertices = 1 << polygon_vertex_bits;
 
 /// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 18, 18 and 28 bits.
 ///
-/// This suffices for every chart, because coordinates are 0 to max_chart_box, and the bounding box has at most max_chart_box^2
-/// pixels, each with at most four vertices: every vertex is the first corner of a side on the way around a pixel, and no two
-/// vertices share a side. 4 max_chart_box^2 = 2^28.
+/// This suffices for every chart. Coordinates are 0 to max_chart_box. Each vertex is the first corner of a pixel side (clockwise
+/// around the pixel), and no two vertices share a side. The bounding box has at most max_chart_box^2 pixels with four sides each,
+/// so a chart has at most 4 max_chart_box^2 = 2^28 vertices.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
     constexpr std::int32_t offset = 1 << 17;
     const std::int64_t event =
@@ -21554,16 +21604,16 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) {
 }}  // namespace ldi
 
 // ---- ldi/mesh/simplify.hpp
-// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece between
-// two charts is simplified once, so both charts have the same vertices along it and fit together without cracks.
+// Simplifies the boundaries of charts with the Douglas-Peucker algorithm (paper, section "Meshing", Figure "meshing" b). A piece
+// between two charts is simplified once, so both charts have the same vertices along it and fit together without cracks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
     /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
     float tolerance = 1.0F;
-    /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
-    /// surface bends.
+    /// Maximum difference in disparity between a corner and the simplified boundary, so that a boundary bends where its surface
+    /// bends.
     float disparity_tolerance = 0.01F;
     /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
@@ -21604,7 +21654,7 @@ public:
     /// Returns the range [first, second) of the corners that an edge skips.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
-    /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
+    /// Returns the corner farthest from an edge among those that the edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
     /// Splits edges, all at once, at corners that they skip.
@@ -21643,7 +21693,7 @@ inline void douglas_peucker(const buffer<outline_corner>& points, const simplify
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
-    // A tolerance of zero still drops points on the segment itself, up to the rounding errors below.
+    // Even with a tolerance of 0, points on the segment are dropped. The minimum allows for the rounding errors below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, points.count() - 1});
@@ -21755,8 +21805,8 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: at least `clearance` pixels of the
-/// row on both sides of this side belong to the pixel's chart.
+/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
+/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -21805,8 +21855,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Divides an extent by evenly spaced lines at integer positions. A table has the next line for each position, because every row
-/// of a chart looks it up.
+/// Divides an extent by evenly spaced lines at integer positions. A table stores the next line for each position, because every
+/// row of a chart looks up its first line.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -21982,9 +22032,9 @@ private:
     /// limit for the whole texture would let a single crease determine the spacing of the chart. The share was tuned by
     /// experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing of up to 24 pixels differs from that of 16,000
-        // slopes by 0.4 pixels on average, and takes an eighth of the time to compute. Each slope spans 8 pixels, and slopes
-        // start at least 61 pixels apart; both numbers were tuned by experiment.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing (up to 24 pixels) differs by 0.4 pixels on
+        // average from the spacing with 16,000 slopes, and takes an eighth of the time to compute. Each slope spans 8 pixels, and
+        // slopes start at least 61 pixels apart; both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -22082,8 +22132,8 @@ private:
             if (s.present[s.begin] == stud_sampler::absent) continue;
             while (s.end < s.height && s.present[s.end] == stud_sampler::continued) ++s.end;
             if (s.end - s.begin < 2 * options_.clearance) continue;
-            // Vertices lie between rows. The ends are too close to the outline to become vertices, but their samples limit the
-            // error.
+            // Vertices lie between rows. The ends of the profile are too close to the outline to become vertices, but their
+            // samples still count for the error.
             profile_.assign(1, s.samples[s.begin]);
             for (std::int32_t row = s.begin + 1; row < s.end; ++row)
                 profile_.push_back(0.5F * (s.samples[row - 1] + s.samples[row]));
@@ -22168,7 +22218,7 @@ struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
     buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< per edge: whether the most recent pass made it by splitting another
+    buffer<std::uint8_t> fresh;  ///< per edge: simplified_boundary::is_fresh()
 
     void assign(const chart_outlines& outlines, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
@@ -22237,8 +22287,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only the edges with fresh[v] != 0 with all edges. The caller guarantees that no two of
-    /// the remaining edges meet.
+    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that no two of the
+    /// remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -22274,7 +22324,7 @@ private:
         lattice_point at, from, to;
     };
 
-    /// List entry of an edge, for one of the columns of the plane that the edge touches.
+    /// Entry of a column's list: an edge that touches the column. Columns are vertical strips of the plane.
     struct entry {
         std::int32_t edge, next;
     };
@@ -22451,8 +22501,8 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
         const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // The edge is flipped if the angles at c and d, each between 0 and 180 degrees, sum to more than 180: then the sine of
-        // their sum, `orientation` up to a positive factor, is negative.
+        // The edge is flipped if the angles at c and d, each between 0 and 180 degrees, sum to more than 180. The sine of their
+        // sum is then negative. `orientation` is this sine times a positive factor.
         const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
         const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
@@ -22469,8 +22519,8 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 
 // ---- ldi/mesh/detail/waiting_chains.hpp
 // Chains of vertices that wait for their triangles while the sweep (triangulate.hpp) moves down (de Berg et al., Computational
-// Geometry, chapter 3). Each monotone part of a polygon has one chain. A new vertex at either end cuts off all triangles that
-// are then possible.
+// Geometry, chapter 3). Each monotone part of a polygon has one chain. When a vertex is added at either end, all triangles that
+// it makes possible are cut off.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -22717,8 +22767,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
     const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
                         inner || downwards, inner || !downwards};
-    // If two collinear edges overlap, the one with the interior on its left sorts first: the gap between them is empty and
-    // outside.
+    // If two collinear edges overlap, the one with the interior on its left sorts first, so that the empty gap between them
+    // counts as exterior.
     const auto left_of = [](const active_edge& f, const active_edge& g) {
         const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
         return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
@@ -22813,7 +22863,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     return true;
 }
 
-/// Replaces the edges that end by those that begin.
+/// Replaces the edges that end at this point by the edges that begin here.
 inline void triangulator::replace_edges(const swept_point& p) {
     const std::size_t replaced = (std::min)(p.ending, starting_.size());
     active_edge* const place = status_.begin() + p.first_ending;
@@ -22853,8 +22903,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// pixels.
 struct soft_edge_options {
     float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
-    float max_width = 3.0F;  ///< maximum width, reached where the matte extends far; less than the padding of the atlas
-    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for all
+    float max_width = 3.0F;  ///< maximum width, used where the matte extends far; keep it below the padding of the atlas
+    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
     /// silhouette edges, only the edges with the largest steps in disparity have a strip.
     float max_share = 0.08F;
 };
@@ -22889,8 +22939,8 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option, mismatch for another order of the pixels or for a chart with two pixels at one position, and too_large
-/// for a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if the pixels are not in canonical order or a chart has two pixels at one position; and
+/// too_large for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -22904,7 +22954,7 @@ public:
         : flat_(flat), boundary_(boundary), charts_(charts) {}
 
     /// Stores in `to_split` the edges of chart c that must be split so that its outline does not cross itself. With
-    /// `only_fresh`, edges older than the last split are known not to cross each other.
+    /// `only_fresh`, assumes that edges older than the last split do not cross each other.
     void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
@@ -22939,7 +22989,7 @@ public:
         outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // If none of these edges can be split, the cause lies elsewhere in the chart, so split all its edges.
+            // If none of these edges can be split, the cause lies elsewhere in the chart, so split all edges of its outline.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -23024,7 +23074,8 @@ public:
 
     /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts
     /// on both sides again. The repair terminates, because fully detailed outlines never cross. The triangulation makes the
-    /// final decision, but it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
+    /// final decision, but it stops at the first conflict. Most crossings are therefore found by crossing_finder and repaired
+    /// before the triangulation.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -23114,10 +23165,10 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/hems.hpp
-// Hems: strips that continue hidden surfaces beneath the nearer surfaces at which they end. A hidden surface ends where it meets
-// a hidden surface at similar depth to which it cannot be linked (occlusion/detail/expansion.hpp), and where it meets the photo's
-// surface at the free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different
-// depths, so a moving camera would see a gap between them.
+// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at a hidden surface
+// of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp), and at the photo's surface if it reaches the
+// free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different depths. Without a
+// hem, a moving camera would see a gap between them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23141,7 +23192,7 @@ public:
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
     }
 
-    /// Returns one hem per entry of flat_mesh::open_corners; most are empty, and all of them are if facts.motion is 0.
+    /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all are.
     buffer<hem> find() {
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
@@ -23154,22 +23205,23 @@ public:
     }
 
 private:
-    /// Maximum distance in disparity of a hem behind the nearer surface, as a multiple of surface_rule::max_step. A camera sees
-    /// past a hem if the parallax of this distance exceeds the hem's width, so narrow hems lie closer to the nearer surface.
+    /// Maximum difference in disparity between a hem and the nearer surface in front of it, as a multiple of
+    /// surface_rule::max_step. A camera sees past a hem if the parallax of this difference exceeds the hem's width, so narrow
+    /// hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
     /// Maximum width in pixels. The texture of a hem is the chart's padding in the atlas, so a hem is no wider than the default
     /// padding.
     static constexpr float max_width = static_cast<float>(padding_options{}.filter_padding);
     static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
                   mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
-    /// Distances from an edge, outward in pixels, at which is_hidden() compares disparities.
+    /// Distances from an edge at which is_hidden() compares disparities, in pixels; positive distances lie outside the chart.
     static constexpr float sides[] = {-1.5F, -0.5F, 0.5F};
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
 
     struct end {
         std::int32_t corner;  // index in flat_mesh::open_corners
         float disparity;
-        plane_vector from, outward;  // start of the hem, and unit vector out of the chart
+        plane_vector from, outward;  // start of the hem, and unit vector that points out of the chart
     };
     struct hidden_pixel {
         std::int64_t position;
@@ -23187,7 +23239,7 @@ private:
         return inside ? std::int64_t{y} * graph_.width() + x : -1;
     }
 
-    /// Appends the corners of a piece at which a hidden surface ends.
+    /// Appends to ends_ the corners of a piece at which a hidden surface ends.
     void find_ends(std::int32_t piece) {
         const std::int32_t first = flat_.first_open_corner[piece], last = flat_.first_open_corner[piece + 1] - 1;
         if (last <= first) return;
@@ -23200,7 +23252,7 @@ private:
             if (normal.length() < 0.5F) normal = before;  // a spike: its edges run in almost opposite directions
             const float length = normal.length();
             if (!(length > 0)) continue;
-            // Several surfaces may share the ends of an open piece; half a pixel along the edge, there is only one.
+            // Several surfaces may share the end corners of an open piece, so start half a pixel along the edge.
             const float step = is_closed || (i > first && i < last) ? 0.0F : i == first ? 0.5F : -0.5F;
             const plane_vector from{nearest_float(corner(i).x) - step * normal.y / length,
                                     nearest_float(corner(i).y) + step * normal.x / length};
@@ -23210,7 +23262,8 @@ private:
         }
     }
 
-    /// Whether a nearer surface is visible at an end. Simplified outlines may be off by a pixel, so both sides of the edge count.
+    /// Whether a nearer surface is visible at an end. Checks both sides of the edge, because simplified outlines may be off by a
+    /// pixel.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -23232,8 +23285,8 @@ private:
         std::sort(hidden_.begin(), hidden_.end());
     }
 
-    /// Returns the disparity of the farthest surface at a position, among those at similar depth that are nearer than `disparity`
-    /// or at most `gap` behind it; negative infinity if there is none.
+    /// Returns the disparity of the farthest surface at a position among those of similar depth, which are nearer than
+    /// `disparity` or at most gap * max_step_ behind it. Returns negative infinity if there is none.
     float nearer_surface(std::int64_t position, float disparity) const {
         if (position < 0) return nothing;
         float farthest = nothing;
@@ -23248,8 +23301,8 @@ private:
         return farthest;
     }
 
-    /// Returns the outer end of the hem at a corner. The hem extends outward as far as nearer surfaces at similar depth, at most
-    /// by width_, and ends behind them.
+    /// Returns the outer end of the hem at a corner. The hem extends outward across nearer surfaces of similar depth, at most by
+    /// width_. Its outer end lies behind these surfaces.
     hem hem_of(const end& e) const {
         hem result;
         float reach = 0;
@@ -23264,8 +23317,8 @@ private:
         return result;
     }
 
-    /// Moves hems that share a corner to the mean of their outer ends, so that no gap remains between them, unless they point in
-    /// opposite directions.
+    /// Moves hems that share a corner to the mean of their outer ends, so that no gap remains between them. Skips hems that point
+    /// in opposite directions.
     void join(buffer<hem>& hems) const {
         struct sum {
             hem total;
@@ -23291,7 +23344,7 @@ private:
     array_view<const float> disparity_;
     const image<float>& visible_;
     float max_step_;
-    float parallax_ = 0;  // maximum parallax in pixels of a disparity of 1
+    float parallax_ = 0;  // maximum parallax of a difference in disparity of 1, in pixels
     float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
     buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position
@@ -23304,7 +23357,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
+/// Translucent triangles along silhouettes. Draw them after all other triangles, in the given order (far to near), and without
 /// writing depth. Positions are in the space of the mesh, and texture coordinates refer to its first texture.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3 for W vertices
@@ -23369,9 +23422,10 @@ void check_triangles(const Mesh& mesh) {
 
 }  // namespace detail
 
-/// Checks a mesh that the caller changed; writers and renderers call it, too. Raises mismatch unless the mesh has as many texture
-/// coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that are not finite, for indices out
-/// of range, and for parts that are not consecutive or that use vertices of other parts. Linear time.
+/// Checks a mesh, for example after the caller changed it. Writers and renderers call this function, too. Raises mismatch unless
+/// the mesh has as many texture coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that
+/// are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of other parts. Linear
+/// time.
 ///
 /// textures  number of textures; mesh.part_count() if any number is valid
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
@@ -23477,7 +23531,7 @@ private:
     }
 
     /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
-    /// visible there, or if no other surface is.
+    /// visible there, or if only the corner's own surface is.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -23511,8 +23565,8 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the foreground's share in the colors of the
-    /// background.
+    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the share of foreground color in each background
+    /// pixel.
     float matte_beyond(const outline_corner& c, plane_vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -23586,7 +23640,7 @@ private:
     float min_step_ = 0;
     buffer<std::int32_t> corners_;  // corners of the piece
     buffer<float> steps_;           // per edge: step in disparity to the surface behind it; 0 if hard
-    buffer<plane_vector> normals_;  // outward normals of its edges
+    buffer<plane_vector> normals_;  // per edge: outward normal
     buffer<plane_vector> rims_;     // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
@@ -23621,8 +23675,8 @@ public:
         chart_ = c.pixels.empty() ? -1 : chart_of_[c.pixels.front()];
     }
 
-    /// Returns the pixel of the selected chart that touches corner (x, y); among several, the one closest to `disparity`.
-    /// Returns no_pixel if no pixel of the chart touches the corner.
+    /// Returns the pixel of the selected chart that touches corner (x, y). If several do, returns the one whose disparity is
+    /// closest to `disparity`; if none does, returns no_pixel.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -23641,7 +23695,7 @@ private:
     array_view<const float> disparity_;
     array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: the pixel of the most recently selected chart that covers it
+    buffer<std::int32_t> shown_;  // per position: its pixel in the most recently selected chart that covers it
 };
 
 inline void check_facts(const photo_facts& facts) {
@@ -23760,7 +23814,7 @@ private:
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
-        // Hems may lie behind the farthest surface. This lower limit bounds their distance behind it.
+        // Hems may lie behind the farthest surface. This minimum limits how far.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
@@ -23815,10 +23869,10 @@ visible_surfaces find_visible(const Layers& layers) {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order. Disparities above 1 count as 1. Negative ones lie behind disparity 0, at no less than 0.9 times
-///         its inverse depth. Edges along silhouettes are soft if there is a matte column. Where a hidden surface ends at a
-///         nearer one at similar depth, a strip continues it up to 4 pixels beneath the nearer surface. With the default
-///         tolerances or smaller ones, no camera within facts.motion then sees a gap
+/// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
+///         depth is at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte column. Where a
+///         hidden surface ends at a nearer one of similar depth, a strip extends it up to 4 pixels behind the nearer surface.
+///         With the default tolerances or smaller ones, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -23992,7 +24046,7 @@ private:
 /// mesh    result of build_mesh() for these charts and this atlas
 /// layout  result of lay_out_sheets() for these charts and this atlas
 ///
-/// Raises mismatch if they don't fit together, and the errors of check_mesh().
+/// Raises mismatch if the arguments don't fit together, and the errors of check_mesh().
 inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
@@ -24128,13 +24182,13 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
 /// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    // If the camera moves back, n / (n - c_forward) is at most 1, and counts as 1.
+    // If the camera moves back, n / (n - c_forward) is at most 1, so 1 is used instead.
     const float forward = (std::max)(-position[2], 0.0F);
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// Returns the point on the line from the photo's viewpoint to `position` that is nearest to `position` and needs at most
+/// Returns the point nearest to `position`, on the line from the photo's viewpoint to `position`, at which motion_of() is at most
 /// `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
@@ -24157,8 +24211,8 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
 }}  // namespace ldi
 
 // ---- ldi/render/camera_paths.hpp
-// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep the middle of the photo, at one
-// depth, in the middle of the picture; nearer and farther surfaces move relative to it.
+// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep one point, at the middle of the
+// photo and at the depth in focus, in the middle of the picture. Nearer and farther surfaces move relative to this point.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -24191,7 +24245,8 @@ view look_at(const pinhole_camera& camera, const std::array<float, 3>& position,
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 
-/// Returns the view at `time` on a path, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
+/// Returns the view at `time` on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options out of
+/// bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
@@ -24200,20 +24255,20 @@ struct key_frame {
     float time = 0;                          ///< must increase from each key frame to the next
     std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space (core/camera.hpp)
     std::array<float, 3> target{0, 0, -1};   ///< point that the camera looks at
-    float zoom = 1;                          ///< factor of the photo's focal length, above 0
+    float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0
 };
 
-/// Returns the view at `time` on a smooth path through all key frames: the cubic that passes through each with the slope between
-/// its neighbors (Catmull-Rom). Before the first and after the last key frame the camera rests. Raises invalid_option if there
-/// is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside the motion budget; callers clamp
-/// it with within_motion().
+/// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the slope
+/// of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the camera rests.
+/// Raises invalid_option if there is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside
+/// the motion budget; callers clamp it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
-/// Computes a frame that hides the end of the photo's surfaces: the largest centered part of the picture, with the same
-/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the picture, in
-/// [0, 1].
+/// Computes a frame that hides the outer edge of the photo's surfaces: the largest centered part of the picture, with the same
+/// aspect ratio, in which no view sees past this edge, for any disparity from 0 to 1. Returns the frame's size relative to the
+/// picture, in [0, 1].
 ///
-/// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0: they end there
+/// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0 if they end there
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
 /// Crops a view to the middle of its picture, and enlarges this part to the same number of pixels. `size`, above 0, is the part's
@@ -24248,7 +24303,7 @@ inline float reach_within_motion(const std::array<float, 3>& direction, const pi
     return vector_length(vector_length(x, y), z);
 }
 
-/// Evaluates at `t` the cubic over [0, 1] with the given ends and slopes (Hermite).
+/// Evaluates at `t` the cubic Hermite curve over [0, 1] with the given end values and slopes.
 inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
     const float s = 1 - t;
     return s * s * (1 + 2 * t) * first + t * t * (1 + 2 * s) * last + t * s * (s * slope_first - t * slope_last);
@@ -24629,8 +24684,8 @@ struct rendering {
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
 ///           repeat the edge
 ///
-/// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
-/// view (the longer side times samples may be at most 2^19).
+/// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch if the backdrop has another size;
+/// invalid_option for invalid options or an invalid view; and too_large if the view's longer side times samples exceeds 2^19.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
@@ -24872,8 +24927,8 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/render/gap_colors.hpp
-// Fills gaps with color. Gaps occur between surfaces that end too soon, and beyond the photo's border. There, the picture
-// continues the surfaces beside the gap instead of showing a background color.
+// Fills gaps with color. Gaps occur where surfaces end too soon, and beyond the photo's border. In a gap, the picture continues
+// the colors of the surfaces beside the gap instead of showing a background color.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25001,8 +25056,8 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Moves a view sideways by `distance`, in units of the photo's space, to the right along its picture's horizontal (negative:
-/// left). For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
+/// Moves a view to the right along the horizontal axis of its picture (negative `distance`: to the left), in units of the photo's
+/// space. For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
 /// picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
@@ -25072,7 +25127,7 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 }}  // namespace ldi
 
 // ---- ldi/formats/checksums.hpp
-// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
+// Checksums for PNG and zlib: CRC-32 (ISO 3309, RFC 1952) and Adler-32 (RFC 1950).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25201,7 +25256,7 @@ public:
     /// max_depth  maximum nesting of objects and arrays
     json_reader(std::string_view text, int max_depth, std::string where)
         : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
-    /// Walks over a text that a reader has already checked, without further checks.
+    /// Walks over a text that a reader has already checked. Does not check it again.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
     /// Reads a text that consists of one object.
@@ -25270,7 +25325,7 @@ private:
               at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
     }
 
-    /// Returns the next byte, or 0 at the end: JSON contains no byte 0.
+    /// Returns the next byte, or 0 at the end. Valid JSON contains no byte 0.
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
 
     void skip_space() {
@@ -25410,7 +25465,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax name the byte.
+/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax errors state the byte offset.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -25449,7 +25504,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// Parses a number without sign, point and exponent. Returns an empty result for any other value.
+/// Parses a whole number without sign, decimal point or exponent. Returns an empty result for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;
@@ -25484,7 +25539,7 @@ namespace detail {
 
 /// Raises mismatch unless the metadata have the value `expected` for `key`.
 ///
-/// what  kind of file for the message, for example "a depth network"
+/// what  kind of file, for the error message; for example "a depth network"
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
@@ -25642,8 +25697,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Tensors that fill the data without gap or overlap need at most twice the memory of the file: half-precision numbers
-    // become float.
+    // Checks that the tensors fill the data without gap or overlap. They then need at most twice the memory of the file, because
+    // half-precision numbers become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
@@ -25675,7 +25730,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  number format of the computation; if empty, int8 for a file with the ranges of values that int8 requires, otherwise
+/// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
 ///       float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
@@ -25685,7 +25740,7 @@ farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string
 
 namespace detail {
 
-/// Looks up how the network named in the metadata treats missing colors.
+/// Returns how the network treats missing colors. The metadata state the network's name.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");
@@ -25754,7 +25809,7 @@ inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std:
 }}  // namespace ldi
 
 // ---- ldi/formats/picture_formats.hpp
-// File formats of pictures that ldi reads. Each can be disabled, so that a service reads only the formats it expects and no
+// Picture file formats that ldi reads. Each format can be disabled, so that a service reads only the formats it expects and no
 // other decoder sees untrusted files.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -25820,8 +25875,8 @@ struct picture_header {
     picture_format format = picture_format::jpeg;
     std::size_t width = 0, height = 0;              ///< stored size in pixels
     std::size_t bits = 8;                           ///< bits per sample, 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< upper bound of the decoder's memory in bytes per pixel
-    double more_memory = 0;                         ///< additional bytes, independent of the number of pixels
+    std::size_t memory_per_pixel = 0;               ///< upper bound on the decoder's memory in bytes per pixel
+    double more_memory = 0;                         ///< additional memory of the decoder in bytes for the whole picture
     std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
     std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
@@ -25874,7 +25929,7 @@ inline bool is_tiff(std::span<const std::byte> bytes) {
            has_text(bytes, 0, "MM\0+"sv);
 }
 
-/// Whether the file is HEIC or AVIF, by the brands that it declares.
+/// Whether the file's brands declare it as HEIC or AVIF.
 inline bool is_heif(std::span<const std::byte> bytes) {
     if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
     const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
@@ -25886,7 +25941,7 @@ inline bool is_heif(std::span<const std::byte> bytes) {
 
 }  // namespace detail
 
-/// Describes the format of a file by its first bytes, for error messages: "a GIF file".
+/// Determines the format of a file from its first bytes and describes it for error messages, such as "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
         std::size_t offset;
@@ -25989,8 +26044,8 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
 /// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // The header consists of "Pf", width, height and scale. White space follows each of them; after the scale, it is a single
-    // character.
+    // The header consists of "Pf", width, height and scale. White space follows each of them. A single white space character
+    // follows the scale.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -26180,12 +26235,12 @@ struct own_attribute {
 };
 
 /// Arrays of one part of a mesh, or of its strip of soft edges (soft_edge_strip in mesh/textured_mesh.hpp). put_geometry()
-/// writes them in an order in which each array is aligned to its scalar type without padding.
+/// writes the arrays in an order that aligns each array to its scalar type without padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
     std::span<const std::uint8_t> opacity;  ///< opacity of the vertices of a strip; empty for a part
     std::span<const std::uint32_t> triangles;
-    std::uint32_t first_vertex = 0;  ///< vertex of the mesh that index 0 of the file refers to
+    std::uint32_t first_vertex = 0;  ///< mesh vertex to which index 0 in the file refers
     buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
     std::array<double, 3> lowest{}, highest{};  ///< bounds of the positions
@@ -26390,8 +26445,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Whether each Huffman table of a segment is complete and has at most 256 codes. For other tables, stb_image 2.27 writes
-/// beyond its buffers.
+/// Whether each Huffman table of a segment is complete and has at most 256 codes. Other tables make stb_image 2.27 write beyond
+/// its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -26440,8 +26495,8 @@ private:
         raise(error_code::unsupported, where_, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
     }
 
-    /// Returns the first marker at or after `at`, or the end of the file. Cameras leave stray bytes between segments; inside a
-    /// scan, FF 00 is data and FF D0 to FF D7 are restarts.
+    /// Returns the offset of the first marker at or after `at`, or the end of the file. Skips stray bytes between segments, which
+    /// some cameras write. Inside a scan, skips FF 00, which is data, and FF D0 to FF D7, which are restart markers.
     std::size_t find_marker(std::size_t at) const {
         while (at + 1 < bytes_.size()) {
             const void* const next = std::memchr(bytes_.data() + at, 0xFF, bytes_.size() - 1 - at);
@@ -26575,8 +26630,9 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
-    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. An
-    // interlaced picture has a few bytes more than stb_image expects, so stb_image doubles the buffer of the rows once.
+    // Peak bytes per pixel: first the inflated rows and the decoded picture, then the decoded picture and its 8-bit RGB copy. An
+    // interlaced file inflates to a few bytes more than stb_image expects. stb_image then doubles the buffer of the rows, and
+    // both buffers exist for a moment.
     const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
@@ -26601,15 +26657,15 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 }}  // namespace ldi
 
 // ---- ldi/formats/plain_png.hpp
-// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and codes their
-// bytes with one Huffman code, without a search for repetitions. Files of photographs are 4 to 15 % larger than with libpng
-// (io/picture.hpp), and those of flat pictures many times larger. Uncompressed (stored) blocks would need less code, but double
-// the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950;
-// deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and encodes their
+// bytes with one Huffman code; does not search for repetitions. Photographs become 4 to 15 % larger than with libpng
+// (io/picture.hpp). Pictures with large uniform areas become many times larger. Uncompressed (stored) blocks would need less
+// code, but would double the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948;
+// zlib: RFC 1950; deflate: RFC 1951.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises mismatch for another number of channels and
+/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for another number of channels and
 /// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
@@ -26766,9 +26822,9 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block; it defines its Huffman codes
-    // The block states 257 code lengths, and the length of one distance code, which is unused. Each length is written as a
-    // number of 4 bits, because the code for lengths assigns 4 bits to every symbol except 16, 17 and 18, which are unused.
+    writer.put(0b101, 3);  // the last block, with its own Huffman codes
+    // The block states 257 code lengths and the length of one distance code, which is unused. The code for lengths has 4 bits
+    // for each of the lengths 0 to 15, so each length is written as a 4-bit number. The symbols 16, 17 and 18 are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
@@ -26783,7 +26839,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
     put_big_endian(to.end() - 4, adler32(bytes));
 }
 
-/// Appends a chunk whose content `append_body` appends.
+/// Appends a chunk. Calls append_body() to append the chunk's content.
 template <class AppendBody>
 void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& append_body) {
     const std::size_t begin = file.size();
@@ -26828,7 +26884,7 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 
 // ---- ldi/formats/glb.hpp
 // Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required.
+// features that every viewer supports; KHR_materials_unlit is declared as used, not as required.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -26847,12 +26903,12 @@ struct glb_options {
     std::optional<pinhole_camera> camera;
     /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far, written together with `motion` as `nearest`
-    /// and `farthest`; unused without `motion`. If `camera` is present, its focal length is written as well, as
-    /// `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far. If `motion` is present, they are written as
+    /// `nearest` and `farthest`; otherwise they are unused. If `motion` and `camera` are present, the camera's focal length is
+    /// written as `focal_length_35mm`.
     depth_range range = {};
-    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
-    /// `motion`. It tells viewers that they need not hide the photo's border behind a smaller frame.
+    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true and `motion` is present, `past_frame` is
+    /// written to the extras. This entry tells viewers that they need not hide the photo's border behind a smaller frame.
     bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
@@ -26883,8 +26939,9 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels, stored as PNG by encode_plain_png(); also raises its errors,
-/// for example mismatch for an RGBA texture. Files from your own JPEG encoder are about a quarter as large.
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png() and also
+/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from your own encoder are
+/// about a quarter as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -26905,7 +26962,7 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
     }
 }
 
-/// Focal length of a camera as it is written, in millimeters on 35 mm film.
+/// Returns a camera's focal length as written to the file: in millimeters, for 35 mm film.
 inline float focal_length_in_file(const pinhole_camera& camera) {
     return camera.focal_length / focal_length_from_35mm(1.0F, camera.width, camera.height);
 }
@@ -27041,7 +27098,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
-    // Linear filters with mip maps; textures do not repeat beyond their edges.
+    // Linear filtering with mipmaps; texture coordinates are clamped to the edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");
@@ -27087,7 +27144,7 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
-/// the metadata describe another kind of network, or constants of the band that differ from depth/step_band.hpp.
+/// the metadata describe another kind of network, or if their band constants differ from those in depth/step_band.hpp.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27121,7 +27178,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Reads an image size from the metadata. Returns `otherwise` if it is absent.
+/// Reads a side length in pixels from the metadata. Returns `otherwise` if the metadata have no entry `key`.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;
@@ -27177,13 +27234,13 @@ struct photo3d_options {
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
-    /// nothing is multiplied.
+    /// lengths and sizes are not scaled.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
     /// Leveling of dips, off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened
-    /// holes, of up to 11 pixels in views with a long side of 1000 pixels. Meant for depth whose silhouettes a network_decider
-    /// (depth/network_decider.hpp) decides.
+    /// holes of up to 11 pixels, in views with a long side of 1000 pixels. Intended for use with a network_decider
+    /// (depth/network_decider.hpp).
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
@@ -27240,8 +27297,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
 
 namespace detail {
 
-/// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
-/// photo's resolution.
+/// Returns the maximum distance, after alignment, of silhouettes from the edges that they follow in the photo, in pixels; 0 for a
+/// depth map at the photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -27345,8 +27402,8 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// Resamples the estimate, h x w x 1, to the photo's resolution. If its resolution is lower, levels its dips, sharpens its edges
-/// and filters it first.
+/// Resamples the estimate, h x w x 1, to the photo's resolution. If the estimate has a lower resolution than the photo, first
+/// levels its dips, sharpens its edges, and filters it.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
@@ -27369,7 +27426,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
 
 /// A photo at the size of its layered image, and its depth.
 struct cleaned_photo {
-    image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
+    image<std::uint8_t> photo;   ///< H x W x 3, long side at most options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;      ///< H x W x 1, cleaned disparity
@@ -27380,7 +27437,7 @@ struct cleaned_photo {
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo      H x W x 3, at least one pixel
-/// estimator  a temporary given_disparity is moved from, not copied
+/// estimator  if this is a temporary given_disparity, its map is moved, not copied
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
@@ -27444,7 +27501,7 @@ struct photo_columns {
     /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
-    /// Accepts image views, and images and types that convert to views unless they are temporaries.
+    /// Accepts image views. Also accepts images and other types that convert to views, unless they are temporaries.
     template <class... Images>
     requires(sizeof...(Images) == sizeof...(Own) &&
              (std::convertible_to<Images, image_view<const typename Own::scalar>> && ...) &&
@@ -27541,7 +27598,7 @@ lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& opt
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns options with the paper's numbers and stages only, to reproduce the paper or to measure what each addition is worth.
+/// Returns options with the paper's numbers and stages only, to reproduce the paper or to measure the effect of each addition.
 /// The differences from the defaults:
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
@@ -27577,24 +27634,24 @@ inline photo3d_options paper_options() {
 }}  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// Converts a photo to a 3D photo: calls all stages of the paper in its order. Stages beyond the paper sharpen depth edges
-// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add texture to hidden
+// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Stages beyond the paper sharpen depth edges
+// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside silhouettes, add texture to hidden
 // surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
-// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run some stages
-// only, or to insert your own.
+// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run only some
+// stages, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A 3D photo, and the results of all stages. `Own` are the caller's columns.
 template <payload_column... Own>
 struct basic_photo3d {
-    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
+    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image without its margin
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
     /// Number of pixel sides in silhouettes that were dropped because of curve_options::max_density or max_sides. The mesh
-    /// connects the front and the back surface across these sides. 0 for photographs.
+    /// connects the front and the back surface across these sides. Usually 0 for photographs.
     std::size_t dropped_sides = 0;
     /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
@@ -27608,7 +27665,8 @@ using photo3d = basic_photo3d<>;
 /// Colors the hidden surfaces, then restores the colors of the rims.
 ///
 /// rims       lifted_photo::rims of these layers
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
+/// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
+///            options.grain.strength to 0
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
 void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
@@ -27618,13 +27676,14 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
-/// Makes a 3D photo of a photo whose depth is clean: the stages after clean_depth().
+/// Makes a 3D photo from a photo with cleaned depth: runs the stages after clean_depth().
 ///
 /// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
+/// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
+///            options.grain.strength to 0
 ///
-/// Raises the same errors as the overload for a photo, estimator and decider, except theirs.
+/// Raises the same errors as the overload that accepts an estimator and a decider, except the errors of these two.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -27667,12 +27726,12 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 ///                 aligned_silhouettes
 /// own             columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the
 ///                 vertices
-/// inpainter       texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own
-///                 texture
+/// inpainter       its result receives texture and grain; if it makes its own texture, set options.texture.strength and
+///                 options.grain.strength to 0
 ///
 /// Raises
-/// - invalid_data for a photo without a pixel or with other channels, and for disparity that is not finite or that is inverse
-///   depth below 0
+/// - invalid_data for a photo without pixels or with a number of channels other than 3, for disparity that is not finite, and
+///   for inverse depth below 0
 /// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
 /// - invalid_option for an option outside its range
 /// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps

@@ -108,7 +108,7 @@ TEST_CASE("a buffer inserts and erases values anywhere, as std::vector does") {
     }
 }
 
-TEST_CASE("a buffer allocates from the current memory scope, and returns its memory there from any scope or thread") {
+TEST_CASE("a buffer allocates from the current memory scope, and frees its memory there from any scope or thread") {
     testing::counted_memory outer, inner;
     buffer<float> kept;
     {

@@ -29,7 +29,7 @@ TEST_CASE("only the shortest form of a character is accepted; longer forms, surr
     }
 }
 
-TEST_CASE("a text that is empty, cut off, or begins with a continuation byte begins with no character") {
+TEST_CASE("a text that is empty, truncated, or begins with a continuation byte does not begin with a character") {
     CHECK(utf8_length("") == 0);
     CHECK(utf8_length("\x80") == 0);
     CHECK(utf8_length("\xFF") == 0);

@@ -140,13 +140,13 @@ struct counted_requests {
     static void release(void*, void* block, std::size_t bytes) { ldi::detail::system_memory.release(nullptr, block, bytes); }
 };
 
-/// Layers of a map, 61 x 2047, with its hidden surfaces.
+/// Layers of a hard_map() of 61 x 2047, with hidden surfaces.
 photo_layers layers_of(std::string_view name, std::size_t unit) {
     const photo_layer lifted = lift_disparity(hard_map(name, 61, 2047, unit));
     return expand(lifted, {}, find_discontinuity_curves(lifted, {})).layers;
 }
 
-/// Number of times that make_charts() grows the charts of layers_of(). Each time, it requests one byte per lattice position.
+/// Number of times that make_charts() grows charts. Counts requests of one byte per lattice position: each growth makes one.
 ///
 /// max_area  area of the boxes, per lattice position
 std::size_t growths_of(const photo_layers& layers, std::int64_t max_area) {
@@ -297,7 +297,7 @@ TEST_CASE("a helix that overlaps itself is cut into flat charts") {
     CHECK(set.charts.size() >= 3);
 }
 
-TEST_CASE("charts of rings get smaller boxes if the boxes have more than the maximum area together") {
+TEST_CASE("charts of rings get smaller boxes if the total area of their boxes exceeds the maximum") {
     const photo_layer layer = testing::lift_disparity(testing::hard_map("rings", 300, 400, 12));
     const auto area = [](const chart_set& set) {
         std::int64_t sum = 0;
@@ -320,7 +320,7 @@ TEST_CASE("charts of rings get smaller boxes if the boxes have more than the max
     check_partition(layer.topology(), smallest, options);
 }
 
-TEST_CASE("charts of difficult maps are grown at most three times, and twice if no size fits") {
+TEST_CASE("charts of difficult maps are grown at most three times, and exactly twice if no chart size meets the area limit") {
     CHECK(growths_of(layers_of("ramp", 1), 4) == 1);
     for (const std::string_view name : hard_maps)
         for (const std::size_t unit : {1U, 6U, 30U}) {

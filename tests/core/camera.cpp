@@ -41,7 +41,7 @@ TEST_CASE("project() inverts unproject(), and depth is measured along the optica
     }
 }
 
-TEST_CASE("the camera of a layered image includes the margin, which is neither negative nor huge") {
+TEST_CASE("the camera of a layered image includes the margin, and a negative or huge margin is refused") {
     photo_facts facts;
     facts.camera = {640, 480, 500.0F};
     facts.margin = 10;

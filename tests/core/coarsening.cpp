@@ -207,7 +207,7 @@ TEST_CASE("coarsening keeps exactly the pixels at even positions, in the same or
     });
 }
 
-TEST_CASE("kept pixels are linked exactly if a path of two links joined them in the fine graph") {
+TEST_CASE("kept pixels are linked if and only if a path of two links joins them in the fine graph") {
     testing::for_random_graphs(52, 1000, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
@@ -300,7 +300,7 @@ TEST_CASE("a column's rule receives all channels of the fine pixels, so a direct
     CHECK(coarse.at<direction>(0)[1] == Approx(std::sqrt(0.5F)));
 }
 
-TEST_CASE("a coarse pixel's values follow each column's rule, applied to all pixels whose parent it is") {
+TEST_CASE("the rule of each column computes the value of a coarse pixel from all pixels that have it as their parent") {
     using layers_of_test = layered_image<color_column, disparity_column, known_column, kept_value>;
     std::mt19937 random(11);
     for (int round = 0; round < 200; ++round) {

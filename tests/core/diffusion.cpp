@@ -39,7 +39,7 @@ TEST_CASE("between two known values, diffusion converges to a linear ramp") {
     }
 }
 
-TEST_CASE("solve() has the same result when it is called again, and takes additions into account") {
+TEST_CASE("a second call of solve() changes nothing unless a known neighbor was added") {
     diffusion<1> d = row_between(9, 0.0F, 100.0F);
     const auto values = [&] {
         std::vector<float> result;

@@ -129,7 +129,7 @@ TEST_CASE("unlink() removes a link in both directions, and link() restores it") 
     }
 }
 
-TEST_CASE("build() refuses a graph with a wrong link or position, also in release builds, and leaves the builder unchanged") {
+TEST_CASE("build() refuses a graph with a wrong link or position, even in release builds, and leaves the builder unchanged") {
     std::mt19937 random(3);
     std::int32_t refused = 0;
     for (int repeat = 0; repeat < 500; ++repeat) {

@@ -521,7 +521,7 @@ TEST_CASE("columns whose length does not match the graph are refused") {
     CHECK(layer.column<disparity_column>()[5] == 0.5F);
 }
 
-TEST_CASE("photo_layer refuses layers that are not exactly one pixel per position, row by row") {
+TEST_CASE("photo_layer refuses layers that do not have exactly one pixel per position, row by row") {
     CHECK_NOTHROW(photo_layer(photo_layers(make_grid(3, 2))));
     photo_layers swapped(make_grid(3, 2));
     swapped.reorder(buffer<std::int32_t>{1, 0, 2, 3, 4, 5});
@@ -597,7 +597,7 @@ TEST_CASE("keep() removes the other pixels and their links, and keeps the order,
     });
 }
 
-TEST_CASE("keep() refuses a number of entries that is not the number of pixels, and changes nothing") {
+TEST_CASE("keep() refuses a list without exactly one entry per pixel, and changes nothing") {
     layered_image<known_column> layers(make_grid(3, 2));
     for (const std::size_t count : {std::size_t{0}, std::size_t{5}, std::size_t{7}}) {
         const buffer<std::uint8_t> kept(count);

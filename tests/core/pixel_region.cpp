@@ -41,7 +41,7 @@ static_assert(!can_receive_rows<pixel_region> && !std::is_constructible_v<pixel_
               "a finished region does not change");
 static_assert(can_receive_rows<pixel_region_builder> && !can_be_read<pixel_region_builder>, "nobody reads half a region");
 
-TEST_CASE("a region that was moved from, and that of a builder whose region was built, have no pixels") {
+TEST_CASE("a moved-from region and the second region of one builder have no pixels") {
     pixel_region region = region_of(random_marks(9, 13, 1));
     const pixel_region other = std::move(region);
     CHECK(other.height() == 9);
@@ -56,7 +56,7 @@ TEST_CASE("a region that was moved from, and that of a builder whose region was 
     CHECK(std::move(builder).build().width() == 0);
 }
 
-TEST_CASE("a region's builder refuses columns outside the lattice or out of order, a negative width, and a row without end") {
+TEST_CASE("pixel_region_builder refuses columns outside the lattice or out of order, a negative width, and an unfinished row") {
     CHECK_THROWS_AS(pixel_region_builder(-1), error);
     for (const auto& [first, last] :
          {std::pair{-1, 3}, {0, 0}, {3, 2}, {8, 11}, {11, 12}, {4, 6}, {0, 2}, {0x7FFFFFFF, 0x7FFFFFFF}}) {

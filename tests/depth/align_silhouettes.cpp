@@ -100,7 +100,7 @@ TEST_CASE("alignment keeps thin objects, and the depth of a third surface beside
         for (std::size_t x = 53; x < 55; ++x) REQUIRE(s.given(y, x) == 0.5F);
 }
 
-TEST_CASE("a pixel that a curve passes over changes to the surface farther from its own disparity, but third surfaces stay") {
+TEST_CASE("a pixel that a moving curve passes over joins the surface farther from its disparity, but third surfaces stay") {
     for (const auto& [own, changed] : {std::pair{0.85F, 0.2F}, {0.55F, 0.2F}, {0.45F, 0.8F}, {0.15F, 0.8F}, {1.5F, 1.5F}}) {
         ldi::image<float> before(1, 3);
         before(0, 0) = 0.8F, before(0, 1) = 0.2F, before(0, 2) = own;
@@ -161,7 +161,7 @@ TEST_CASE("an edge is found even if stripes of higher contrast cross it") {
 }
 
 TEST_CASE(
-    "a moved silhouette leaves half of a thin object, and may move by four pixels and more if it has teeth of four pixels") {
+    "a silhouette cuts off at most half of a thin object, and may move by at least four pixels if it has teeth of four pixels") {
     const auto for_each_band_row = [](std::int32_t radius, auto&& is_front, auto&& visit) {
         const scene s = make_scene(60, 80, 0.0F, 0.0F, red, gray, 0.0F, is_front);
         const ldi::corner_map lattice(80, 60);

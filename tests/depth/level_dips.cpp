@@ -44,7 +44,7 @@ TEST_CASE("a narrow gap between two parts of an object remains as deep as the ba
     }
 }
 
-TEST_CASE("leveling changes neither slopes nor steps, and raises values only") {
+TEST_CASE("leveling changes neither slopes nor steps, and never lowers a value") {
     ldi::image<float> slope(40, 50), wavy(40, 50);
     for (std::size_t y = 0; y < slope.height(); ++y)
         for (std::size_t x = 0; x < slope.width(); ++x) {

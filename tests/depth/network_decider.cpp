@@ -119,7 +119,7 @@ TEST_CASE("mirroring a coarse map mirrors what the network reads of it") {
     }
 }
 
-TEST_CASE("a surface in the band gets its disparity beyond the band, unless the two differ by more than half of the step") {
+TEST_CASE("a surface in the band gets the disparity that it has beyond the band, unless both differ by more than half the step") {
     for (const float step : {0.54F, 0.31F}) {
         // The front slopes by 0.018 per pixel, so that it differs by 0.2 beyond the band.
         image<float> map(30, 100);

@@ -147,7 +147,7 @@ TEST_CASE("a GLB file is less than 1800 bytes larger than its vertices, triangle
     CHECK(encode_glb(mesh, texture).size() < content + 1800);
 }
 
-TEST_CASE("indices have 16 bits for 65,535 vertices and 32 bits for more") {
+TEST_CASE("indices have 16 bits for up to 65,535 vertices and 32 bits for more") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     for (std::uint32_t rows : {255u, 256u}) {
         textured_mesh mesh = make_sheet(257, rows);  // 65,535 and 65,792 vertices
@@ -378,7 +378,7 @@ TEST_CASE("a GLB file states the name of its photo and the focal length in its e
     CHECK(extras.Get("focal_length_35mm").GetNumberAsDouble() == Approx(1000 * std::hypot(36, 24) / diagonal));
 }
 
-TEST_CASE("a GLB file has the same JSON values and binary data as a file that tinygltf writes of the same mesh") {
+TEST_CASE("a GLB file has the same JSON values and binary data as a file that tinygltf writes for the same mesh") {
     std::mt19937 random(3);
     const auto between = [&](float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); };
     const byte_string jpeg = encode_jpeg(smooth_picture(16, 32, 3), 85), png = encode_png(smooth_picture(5, 7, 1));

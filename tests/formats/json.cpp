@@ -113,7 +113,7 @@ TEST_CASE("random documents are read as nlohmann/json reads them") {
     }
 }
 
-TEST_CASE("damaged documents are refused if nlohmann/json refuses them, and read alike otherwise") {
+TEST_CASE("damaged documents are refused if nlohmann/json refuses them, and otherwise read to the same values") {
     std::mt19937 random(2);
     int refused = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -123,7 +123,7 @@ TEST_CASE("damaged documents are refused if nlohmann/json refuses them, and read
         const nlohmann::json expected = nlohmann::json::parse(text, nullptr, false);
         const std::string said = complaint(text);
         CAPTURE(text, said);
-        // Differences to nlohmann/json: duplicate names; a zero byte, which ends its text; a huge number.
+        // Differences from nlohmann/json: duplicate names; a zero byte, which ends its text; a huge number.
         if (said.find("twice") != std::string::npos || text.find('\0') != std::string::npos ||
             (expected.is_discarded() && said == "nothing raised" && text.find_first_of("eE") != std::string::npos))
             continue;

@@ -24,7 +24,7 @@ public:
 
     glb_builder() { model.buffers.emplace_back(); }
 
-    /// Appends a part, little-endian as glTF requires, and returns its view.
+    /// Appends a part, little-endian as glTF requires, and returns the index of its view.
     ///
     /// target  glTF's number for vertex attributes or indices; 0 for other data
     template <class Scalar>
@@ -41,7 +41,7 @@ public:
         return static_cast<int>(model.bufferViews.size()) - 1;
     }
 
-    /// Appends an accessor for the whole of a new view and returns it.
+    /// Appends a view and an accessor for all of it, and returns the index of the accessor.
     template <class Scalar>
     int add_accessor(std::span<const Scalar> values, int target, int component_type, int type, bool normalized = false) {
         tinygltf::Accessor accessor;

@@ -1,5 +1,5 @@
-// Writes small valid files for the fuzzers to start from, FOLDER/photo, FOLDER/depth_map and so on: without them, a fuzzer needs
-// days to get past the first bytes of a format.
+// Writes small valid files for the fuzzers to start from, in FOLDER/photo, FOLDER/depth_map and so on. Without them, a fuzzer
+// needs days to get past the first bytes of a format.
 //
 //     make_corpus FOLDER
 #include <ldi/io/picture.hpp>

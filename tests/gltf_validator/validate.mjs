@@ -1,6 +1,6 @@
 // node validate.mjs FILE.glb...
 //
-// Runs the Khronos glTF validator on GLB files. Ends with 0 if none has an error or a warning; infos and hints are printed only.
+// Runs the Khronos glTF validator on GLB files. Ends with 0 if none has an error or a warning; infos and hints are only printed.
 // Needs `npm ci` in this folder, once.
 
 import { readFile } from "node:fs/promises";

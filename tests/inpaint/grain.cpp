@@ -55,7 +55,7 @@ TEST_CASE("the strength of grain is that of the surrounding noise times the opti
         }
 }
 
-TEST_CASE("grain changes no color in smooth surroundings, and by at most one level beside a blurred edge") {
+TEST_CASE("grain changes no color in smooth surroundings, and changes colors beside a blurred edge by at most one level") {
     for (const int steepness : {0, 1, 2})
         for (const bool edge : {false, true}) {
             ldi::photo_layers layers(ldi::make_grid(width, height));

@@ -110,10 +110,10 @@ TEST_CASE("pixels that are not mixed keep their colors, except for the backgroun
 }
 
 TEST_CASE(
-    "the matte is right beside a speck seven pixels long, and in a stripe twelve pixels wide whose neighbors look like "
+    "the matte is correct beside a speck seven pixels long, and in a stripe twelve pixels wide whose neighbors look like "
     "mixtures") {
     const color front{220, 60, 60}, back{60, 140, 200}, speck{60, 255, 0}, mixture{108, 116, 158};
-    // A foreground right of column 20. Its share of the colors in column 19 is 0.3.
+    // The foreground begins at column 20. Its share of the colors in column 19 is 0.3.
     const auto share_in_the_middle = [&](auto&& background) {
         ldi::image<float> disparity(40, 40);
         ldi::image<std::uint8_t> photo(40, 40, 3);
@@ -138,7 +138,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a color near a sample of one surface is assigned to that surface, even if a mixture would explain it") {
-    // Half way between the first two samples. "Close" means up to a third of their contrast.
+    // Halfway between the first foreground sample and the backgrounds, whose contrast is 200. "Near" means up to a third of
+    // it.
     const ldi::detail::float_color middle{120, 100, 100}, backgrounds[] = {{20, 100, 100}, {20, 100, 100}};
     for (const auto& [distance, is_near] : {std::pair{30.0F, true}, {60.0F, true}, {80.0F, false}, {150.0F, false}}) {
         CAPTURE(distance);
@@ -261,7 +262,8 @@ TEST_CASE("links lead from every unknown pixel to a known pixel within the width
         options.foreground_margin = static_cast<int>(random() % 5);
         options.background_margin = static_cast<int>(random() % 5);
         ldi::unmix_colors(layers, options);
-        // Both margins together are at most 8 steps wide where a surface is in front on one side and behind on the other.
+        // Where a surface is in front on one side and behind on the other, both margins may meet, and are at most 8 steps wide
+        // together.
         ldi::buffer<std::uint8_t> reached = layers.column<ldi::known_column>().copy();
         for (int step = 0; step < options.foreground_margin + options.background_margin; ++step) {
             const ldi::buffer<std::uint8_t> before = reached;

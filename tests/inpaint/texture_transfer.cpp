@@ -28,7 +28,8 @@ void set_color(photo_layers& layers, std::int32_t pixel, const rgb& color) {
         layers.at<color_column>(pixel)[c] = static_cast<std::uint8_t>(std::clamp(color[c], 0, 255));
 }
 
-/// One surface with an unknown band in the middle: its true colors, and an inpainter's result there.
+/// One surface with the colors that shown() returns, except in an unknown band in the middle, which has the colors of
+/// answer(), in place of an inpainter's result.
 template <class Shown, class Answer>
 photo_layers around_a_band(const Shown& shown, const Answer& answer) {
     photo_layers layers(make_grid(columns, rows));
@@ -173,7 +174,7 @@ TEST_CASE("more than 90 percent of adjacent cells copy texture from adjacent sou
 }
 
 TEST_CASE("in two rounds, the search finds similar sources far from the nearest known pixels for two thirds of the cells") {
-    // Waves of color along columns. The inpainter continued them by half a wave too low, so sources lie 16 rows away.
+    // Waves of color along columns. The inpainter continued them half a period off, so similar sources lie 16 rows away.
     const auto wave = [](std::int32_t x, std::int32_t y) {
         const int value = 128 + static_cast<int>(std::lround(60 * std::sin(3.14159265 / 16 * (in_hole(x) ? y + 16 : y))));
         return rgb{value, value, value};

@@ -139,7 +139,7 @@ TEST_CASE("empty, truncated, swapped and unrelated files are refused") {
     }
 }
 
-TEST_CASE("a length above 32 bits is refused") {
+TEST_CASE("a length of more than 32 bits is refused") {
     const caffe2_files sound = ldi::testing::small_network();
     // Field 2, length delimited, length 2^32 + 1: a reader that keeps only 32 bits reads one byte.
     octets file{0x12, 0x81, 0x80, 0x80, 0x80, 0x10, 0x00};
@@ -157,7 +157,7 @@ TEST_CASE("randomly damaged network files raise an error or load as a network th
         const bool is_refused = !error_of(ldi::testing::damaged(sound, edits.data(), edits.size())).empty();
         ++(is_refused ? refused : accepted);
     }
-    // A damaged weight is still a weight.
+    // Some damage only changes a weight, and the network still loads.
     CHECK(refused > 1000);
     CHECK(accepted > 100);
 }

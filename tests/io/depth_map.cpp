@@ -168,7 +168,7 @@ TEST_CASE("disparity is inverted if dark is near, and holes remain holes") {
     CHECK(decode_depth_map(npy_file(map), {.white_is_near = false})(0, 2, 0) == 10);
 }
 
-TEST_CASE("meters are converted to disparity in 1 / meter, and values that are no distance become holes") {
+TEST_CASE("meters are converted to disparity in 1 / meter, and values that are not distances become holes") {
     image<float> map(1, 7);
     const float values[] = {2000, 500, 0, -3, nan_value, infinity, 1e-42F};
     std::copy(values, values + 7, map.data());

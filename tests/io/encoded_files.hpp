@@ -89,7 +89,7 @@ inline std::optional<byte_string> heif_file_of(const image<std::uint8_t>& pictur
     return file;
 }
 
-/// Renames the auxiliary picture of alpha to depth: the two names have the same length.
+/// Changes the type of the auxiliary picture from alpha to depth. Both names have the same length.
 inline byte_string alpha_called_depth(byte_string file) {
     for (const auto& [alpha, depth] : {std::pair{bytes_of("hevc:2015:auxid:1"), bytes_of("hevc:2015:auxid:2")},
                                        std::pair{bytes_of("auxiliary:alpha"), bytes_of("auxiliary:depth")}}) {

@@ -17,7 +17,7 @@ inline byte_string little_endian(std::uint32_t value, int size) {
     return byte_string(bytes.rbegin(), bytes.rend());
 }
 
-/// Colors of a picture of 256 shades, all different.
+/// Returns the color of one of 256 shades, which all differ.
 inline std::array<std::uint8_t, 3> shade(unsigned index) {
     return {static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(255 - index), static_cast<std::uint8_t>(index / 2)};
 }
@@ -29,7 +29,7 @@ struct gif_writing {
     bool animated = false;
 };
 
-/// A GIF file of an H x W x 1 picture of shades. Its codes are cleared before they become longer.
+/// A GIF file of an H x W x 1 picture of shades. Clears the code table before codes become longer.
 inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writing& writing = {}) {
     const std::uint32_t width = static_cast<std::uint32_t>(picture.width()),
                         height = static_cast<std::uint32_t>(picture.height());

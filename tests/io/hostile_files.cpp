@@ -125,7 +125,7 @@ TEST_CASE("one memory limit covers the photo, its depth map and the map's confid
 
 #if defined(LDI_WITH_LIBHEIF)
 
-TEST_CASE("recursive, nested, oversized and empty HEIC items are refused without large allocations, also by the estimate") {
+TEST_CASE("decoder and estimate refuse recursive, nested, oversized and empty HEIC items without large allocations") {
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> made = heif_file_of(smooth_picture(64, 64, 3), {format, {}, {}, 0});
         if (!made) {

@@ -65,7 +65,7 @@ struct file_items {
     };
     std::vector<item> items;
     std::vector<byte_string> properties;
-    std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> uses = {};  ///< per item its properties, counted from 1
+    std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> uses = {};  ///< per item: numbers of its properties, from 1
     std::vector<reference> references = {};
     std::size_t index_size = 0;  ///< bytes of an extent's index in 'iloc'
 };
@@ -201,8 +201,9 @@ inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const
                                            {coded.configuration, size_box(8192, 8192), turn},
                                            {{1, std::vector<std::uint32_t>(255, 3)}}},
                                           coded.data));
-    // libheif 1.15 reads all of these references and ends in endless recursion: the size of a reference's box does not limit it,
-    // and the header of a box 'uuid' is 16 bytes longer.
+    // libheif 1.15 also reads the references that these two files hide, and recurses endlessly. One file hides them in unused
+    // bytes at the end of a reference's box, whose size libheif ignores, the other in a 'uuid' box, whose header is 16 bytes
+    // longer.
     byte_string back_reference =
         box("dimg", {std::byte{0}, std::byte{2}, std::byte{0}, std::byte{1}, std::byte{0}, std::byte{1}});
     byte_string of_uuid(16);

@@ -113,7 +113,8 @@ TEST_CASE("Dynamic Depth is found by its semantic or its address, in both contai
         for (const std::vector<appended_file>& files :
              {std::vector{depth}, {by_address}, {gain_map, depth}, {depth, gain_map}, {gain_map, by_address, movie}})
             check_depth(dynamic_depth_jpeg(photo_file, files, fields, words), "Dynamic Depth, RangeInverse", true, inverse);
-    // Data that no directory lists lies behind the photo: positions of files are counted from the end.
+    // Inserts 100 bytes that no directory lists after the photo. Depth is still found, because positions of files are counted
+    // from the end.
     byte_string file = dynamic_depth_jpeg(photo_file, {}, fields),
                 listed = dynamic_depth_jpeg(photo_file, {gain_map, depth}, fields);
     const std::size_t photo_end = listed.size() - decoy_file.size() - depth_file.size();

@@ -60,7 +60,8 @@ image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
     REQUIRE(decoded.color.empty() == is_refused);
 }
 
-/// Every truncated file raises an error other than file_access; damaged ones become a picture or raise an error.
+/// Checks that every truncated file raises an error other than file_access, and that damaged files become a picture or raise
+/// an error.
 [[maybe_unused]] void check_damage(const byte_string& file, int copies) {
     std::mt19937 random(10);
     for (std::size_t size = 12; size < file.size(); size += 1 + file.size() / 100)

@@ -64,7 +64,7 @@ TEST_CASE("add_u8 matches the integer form for all 65,536 pairs on every instruc
     }
 }
 
-TEST_CASE("add_u8 with any quantization matches its definition on the instruction set asked for, in the integer form too") {
+TEST_CASE("for any quantization, add_u8 matches its definition in both forms on the requested instruction set") {
     ldi::testing::random_bytes random;
     ldi::buffer<std::uint8_t> a, b;
     for (int i = 0; i < 65536; ++i) {
@@ -72,8 +72,8 @@ TEST_CASE("add_u8 with any quantization matches its definition on the instructio
         b.push_back(static_cast<std::uint8_t>(i % 256));
     }
     for (int round = 0; round < 200; ++round) {
-        // The result's zero point and the ratios take their extremes, too. Every other round has round numbers and thus many
-        // ties.
+        // Includes extreme zero points of the result and extreme ratios. In every other round, scales have few significant
+        // bits, which causes many ties.
         const auto scale = [&] {
             return round % 2 == 0 ? std::ldexp(static_cast<float>(random.in(1, 16)), random.in(-9, 0))
                                   : std::ldexp(static_cast<float>(random.in(50001, 99999)), random.in(-26, -10));

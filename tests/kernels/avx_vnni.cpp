@@ -1,5 +1,5 @@
-// Tests the AVX-VNNI kernels on processors without it: the compiled code runs with its one instruction emulated. Where the
-// processor has it, the tests of each family run these kernels like all others.
+// Tests the AVX-VNNI kernels on processors without AVX-VNNI: runs the compiled code, and emulates its only AVX-VNNI
+// instruction. On processors with AVX-VNNI, the tests of each family run these kernels like all others.
 #include <ldi/kernels/conv_u8.hpp>
 #include <ldi/kernels/gemm_u8.hpp>
 #include <tests/support/random_bytes.hpp>
@@ -31,7 +31,7 @@ bool can_be_emulated() {
     return false;
 }
 
-/// Runs `compute` for a result of this many values, and returns whether it used AVX-VNNI.
+/// Runs `compute` for this many values, returns the values, and sets `used` to whether it executed AVX-VNNI instructions.
 template <class Value, class Compute>
 std::vector<Value> emulated(std::size_t values, Compute compute, bool& used) {
     std::vector<Value> result(values + 1, Value{untouched});

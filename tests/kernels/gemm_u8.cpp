@@ -148,7 +148,7 @@ TEST_CASE("gemm_u8 rounds correctly on both sides of every requantization thresh
         const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -24 - round % 6);
         const ldi::requantization r = ldi::make_requantization(scale, round % 4 == 0 ? std::uint8_t{0} : random.byte());
         ldi::buffer<std::int32_t> sums = ldi::detail::requantization_checkpoints(r);
-        // The first two are the ends of the range of int32.
+        // Removes the first two checkpoints, which are the ends of int32's range.
         sums.erase(sums.begin(), sums.begin() + 2);
         ldi::buffer<std::uint8_t> expected;
         for (std::int32_t sum : sums) expected.push_back(ldi::requantize(sum, r));
@@ -163,7 +163,7 @@ TEST_CASE("gemm_u8 rounds correctly on both sides of every requantization thresh
     }
 }
 
-TEST_CASE("gemm_u8 requantizes like the definition with the constants of layers that have no exact unfused float form") {
+TEST_CASE("gemm_u8 requantizes exactly with the constants of layers that have no exact unfused float form") {
     ldi::testing::random_bytes random;
     for (const ldi::requantization& r : {ldi::requantization{2061549696, 10, 0}, {1242206464, 11, 114}, {1313785600, 9, 0}}) {
         CHECK(!ldi::find_unfused_requantization(r).has_value());

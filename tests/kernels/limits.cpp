@@ -32,7 +32,7 @@ ldi::depthwise_u8_weights packed_depthwise(std::int32_t bias) {
 
 }  // namespace
 
-TEST_CASE("gemm_u8 packs weights up to its documented limit, and asserts it where 32-bit sums overflow") {
+TEST_CASE("gemm_u8 packs weights up to its documented limit, and asserts that 32-bit sums do not overflow") {
     constexpr std::int32_t rest = 2147483647 - 510 * 255 * 16000;
     CHECK(packed_product(16000, rest).bias[0] == rest + 255 * 255 * 16000);
     CHECK_THROWS_AS(packed_product(16000, rest + 1), failed_assertion);

@@ -11,8 +11,8 @@
 
 namespace {
 
-// The definition in two roundings with exact arithmetic: to the multiplier's 31 fraction bits, halves up, then by the shift,
-// halves away from zero.
+// The definition in exact arithmetic, with two roundings. The first removes the multiplier's 31 fraction bits and rounds
+// halves up. The second divides by 2^shift and rounds halves away from zero.
 int reference(std::int32_t accumulator, const ldi::requantization& r) {
     const std::int64_t product = std::int64_t{accumulator} * r.multiplier + (std::int64_t{1} << 30);
     std::int64_t high = product / (std::int64_t{1} << 31);
@@ -57,7 +57,7 @@ TEST_CASE("requantization applies two exact roundings, including near every tie 
     CHECK(broken == 0);
 }
 
-TEST_CASE("the error of requantization is at most the sum of half a step of each of its two roundings") {
+TEST_CASE("the error of requantization is at most half a step of its first rounding plus half a step of its second") {
     double worst = 0;
     for (float scale : scales()) {
         const ldi::requantization r = ldi::make_requantization(scale, 128);
@@ -122,7 +122,7 @@ TEST_CASE("quantized addition rounds the exact weighted sum correctly for all pa
     }
 }
 
-TEST_CASE("quantized addition accepts ratios whose larger one is at least 2^-10 and below 2^8") {
+TEST_CASE("quantized addition accepts two positive ratios if the larger one is at least 2^-10 and below 2^8") {
     CHECK(ldi::are_addition_ratios(0x1p-10F, 0x1p-20F));
     CHECK(ldi::are_addition_ratios(1.0F, std::nextafter(256.0F, 0.0F)));
     CHECK_FALSE(ldi::are_addition_ratios(1.0F, 256.0F));

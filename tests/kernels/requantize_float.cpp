@@ -8,8 +8,8 @@
 
 namespace {
 
-/// Counts how many of 24 random requantizations have this form. Compares each with the integer form on every accumulator that is
-/// not far beyond clamping, and on some that are.
+/// Counts how many of 24 random requantizations have this form. Compares each with the integer form on all accumulators within
+/// and slightly beyond the clamping limits, and on 2000 random ones.
 template <class Find>
 int count_exact_forms(Find find) {
     std::mt19937 random(4);

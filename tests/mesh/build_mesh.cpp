@@ -115,7 +115,7 @@ TEST_CASE("triangles face the camera, and none is degenerate") {
             std::array<double, 3> a, b;
             for (std::size_t i = 0; i < 3; ++i) a[i] = p[1][i] - p[0][i], b[i] = p[2][i] - p[0][i];
             const std::array<double, 3> normal{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-            REQUIRE(normal[0] * p[0][0] + normal[1] * p[0][1] + normal[2] * p[0][2] < 0);  // away from the viewing direction
+            REQUIRE(normal[0] * p[0][0] + normal[1] * p[0][1] + normal[2] * p[0][2] < 0);  // against the viewing direction
         }
     }
 }
@@ -123,7 +123,7 @@ TEST_CASE("triangles face the camera, and none is degenerate") {
 TEST_CASE("edges that two charts share have the same vertex positions, bit for bit") {
     std::size_t shared = 0;
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
-        // A fully linked photo: each rim edge is on its border, or is the rim edge of one other chart.
+        // In a fully linked photo, each rim edge lies on the photo's border, or is also a rim edge of one other chart.
         std::mt19937 random(seed);
         charted_graph c;
         c.topology = ldi::make_grid(2 + static_cast<std::int32_t>(random() % 30), 2 + static_cast<std::int32_t>(random() % 30));

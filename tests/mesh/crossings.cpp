@@ -111,7 +111,7 @@ TEST_CASE("the detailed outlines of charts have no collisions and no overlaps") 
 }
 
 TEST_CASE("two loops that touch at a point overlap only if one extends into the other") {
-    // Two squares that touch in a corner, as two loops: valid. With the second one inside the first: invalid.
+    // Two squares that touch at a corner, as two loops: valid. With the second one inside the first: invalid.
     ldi::polygon apart;
     apart.points = {{0, 0}, {4, 0}, {4, 4}, {0, 4}, {4, 4}, {8, 4}, {8, 8}, {4, 8}};
     apart.next = {1, 2, 3, 0, 5, 6, 7, 4};

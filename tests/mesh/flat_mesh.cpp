@@ -56,7 +56,7 @@ std::int64_t twice_area(const std::array<std::int64_t, 2>& a, const std::array<s
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-// Counts the triangles that contain the center of a pixel. Centers are moved by a small amount that puts none on an edge between
+// Counts the triangles that contain the center of a pixel. Moves the center slightly, so that it lies on no edge between
 // lattice points less than 40 apart.
 constexpr std::int64_t fine = 1 << 20;
 std::size_t cover_of_center(const std::vector<triangle>& triangles, std::int32_t x, std::int32_t y) {

@@ -99,7 +99,7 @@ TEST_CASE("hems are at most four pixels wide for any motion and surface rule, ev
         }
 }
 
-TEST_CASE("a mesh stores hems after the vertices of their chart, which do not change") {
+TEST_CASE("a mesh stores hems after the vertices of their chart, and hems do not change these vertices") {
     std::mt19937 random(4);
     std::size_t more = 0;
     for (int round = 0; round < 10; ++round) {

@@ -28,8 +28,8 @@ inline std::int64_t twice_outline_area(const ldi::polygon& p) {
     return area;
 }
 
-/// The detailed outline of a chart, its lattice scaled by `scale` and its corners moved by up to `jitter`, less than a quarter
-/// of that. Each corner moves equally wherever it occurs, so that no new crossing appears.
+/// The detailed outline of a chart. Scales its lattice by `scale`, and moves its corners by up to `jitter`, which is less than
+/// a quarter of `scale`. A corner moves equally wherever it occurs, so that no new crossing appears.
 inline ldi::polygon chart_polygon(const ldi::chart_outlines& outlines, std::size_t chart, std::int32_t scale, std::int32_t jitter,
                                   std::mt19937& random) {
     ldi::polygon result;
@@ -110,7 +110,7 @@ inline void require_triangulation(const ldi::polygon& p, const ldi::triangulatio
     for (std::size_t v = 0; v < p.points.size(); ++v) {
         if (p.next[v] < 0) continue;
         const std::uint32_t a = static_cast<std::uint32_t>(v), b = static_cast<std::uint32_t>(p.next[v]);
-        // The chart lies right of its outline, and triangles lie left of their edges: they contain the reversed edges.
+        // The chart lies right of its outline, and triangles lie left of their edges, so triangles have the reversed edges.
         REQUIRE(edges.count({b, a}) == 1);
         if (a >= static_cast<std::uint32_t>(p.outline_count)) REQUIRE(edges.count({a, b}) == 1);
     }

@@ -137,7 +137,7 @@ TEST_CASE(
             };
             CAPTURE(width, p, kept.size());
             for (std::size_t k = 0; k + 1 < kept.size(); ++k) CHECK(shift(k, k + 1) <= 0.5F);
-            // Splitting an edge makes two. Joining such a pair again must exceed the tolerance, at least for some pair.
+            // No split is needless: joining two adjacent edges exceeds the tolerance for at least one such pair.
             float largest = 0;
             for (std::size_t k = 0; k + 2 < kept.size(); ++k) largest = std::max(largest, shift(k, k + 2));
             if (kept.size() > 4) CHECK(largest > 0.5F);

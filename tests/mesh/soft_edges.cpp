@@ -127,7 +127,7 @@ TEST_CASE("a soft-edge strip is as wide as the foreground's colors extend into t
         }
         return std::array<double, 3>{sum / count, widest, count};
     };
-    // The outline is half a pixel away from the disc. Widths are 1 to 3 pixels.
+    // Widths are measured from the disc: the outline is half a pixel outside it, and the strip is 1 to 3 pixels wide.
     for (const auto& [fade, width] : {std::pair{0.01F, 1.5}, {3.0F, 2.5}, {4.0F, 3.4}, {8.0F, 3.6}}) {
         CAPTURE(fade);
         const auto [mean, widest, count] = widths(fade);
@@ -160,7 +160,7 @@ TEST_CASE("the triangles of a soft-edge strip face the camera and are ordered fr
     }
 }
 
-TEST_CASE("soft-edge strips add no more than their share to a file, and are absent if edges are hard or there is no matte") {
+TEST_CASE("soft-edge strips add at most 8 percent and 1000 bytes to a file, and are absent with hard edges or without a matte") {
     for (std::uint32_t seed = 1; seed <= 30; ++seed) {
         const scene s(seed);
         const auto bytes = [&](const ldi::textured_mesh& mesh) { return ldi::encode_glb(mesh, s.atlas.color).size(); };
@@ -173,7 +173,7 @@ TEST_CASE("soft-edge strips add no more than their share to a file, and are abse
         CHECK(soft.positions == plain.positions);
         CHECK(soft.triangles == plain.triangles);
         CHECK(soft.soft_edges.triangles.size() <= s.mesh(everywhere()).soft_edges.triangles.size());
-        // In addition to the strip itself, a file with a strip has 1000 bytes more of description.
+        // The description of a strip takes up to 1000 bytes in addition to the strip itself.
         CHECK(static_cast<double>(bytes(soft)) < 1.08 * static_cast<double>(bytes(plain)) + 1000);
     }
 }

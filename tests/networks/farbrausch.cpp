@@ -80,7 +80,7 @@ const inpainting_architecture small{{4, 5, 6}, {7, 5, 3}, 2, 0.2F};
 /// Has as many levels as the full-size PartialConv. A small layered image has no pixels on the coarsest levels.
 const inpainting_architecture small_masked{{3, 4, 5, 4, 3, 4, 5, 4}, {7, 5, 5, 3, 3, 3, 3, 3}, 0, 0.2F, missing_colors::masked};
 
-/// An image with holes, PyTorch's input, and its output.
+/// An image with holes, which is PyTorch's input, and PyTorch's output.
 struct golden_case {
     photo_layers layers;
     buffer<float> output;      ///< at unknown pixels

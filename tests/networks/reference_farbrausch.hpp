@@ -141,7 +141,7 @@ private:
         return {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3], 1.0};
     }
 
-    /// Pixels without a color get the average of linked pixels that have one, until none can.
+    /// Repeatedly gives each pixel without a color the average of its linked pixels with one, until nothing changes.
     static void color_along_links(const graph_view& g, std::vector<pixel>& values) {
         for (bool changes = true; changes;) {
             changes = false;

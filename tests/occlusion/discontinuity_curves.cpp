@@ -181,7 +181,7 @@ TEST_CASE("a short curve between two junctions of long curves is kept") {
 }
 
 TEST_CASE(
-    "on a map with too many silhouettes, the longest curves that fit remain, none below the minimum, and the rest is counted") {
+    "with too many silhouettes, the longest curves that fit remain, none below the minimum, and dropped sides are counted") {
     ldi::image<float> map(60, 100, 1, 0.1F);
     for (std::size_t size = 1; size <= 10; ++size)
         for (std::size_t i = 0; i < size * size; ++i)

@@ -74,8 +74,9 @@ void require_sound(const ldi::graph_view& g, std::span<const float> disparity, s
     }
 }
 
-// A front surface on the right of a vertical silhouette at column 60 whose upper part, up to row 60, may grow. It must stop at a
-// line that starts at (60, 60) and points to the right. Returns the hidden pixels below that line.
+// A front surface lies to the right of a vertical silhouette at column 60. Surfaces grow only from the part of the silhouette
+// above row 60, and must stop at a line that starts at (60, 60) and points to the right. Returns the hidden pixels below that
+// line.
 //
 // front(y)  disparity of the front surface in row y
 // first(y)  first column of the front surface in row y
@@ -303,7 +304,7 @@ TEST_CASE("growing surfaces join if they meet at similar depth, and pass each ot
     }
 }
 
-TEST_CASE("at a curve's free end, a hidden surface ends a threshold behind the surface that the photo shows") {
+TEST_CASE("at a curve's free end, a hidden surface ends where it would come within the threshold of the visible surface") {
     for (const std::size_t side : {std::size_t{60}, std::size_t{100}, std::size_t{160}}) {
         ldi::image<float> map(side, side);
         const std::size_t end = 3 * side / 4;
@@ -312,7 +313,7 @@ TEST_CASE("at a curve's free end, a hidden surface ends a threshold behind the s
                 map(y, x) = 0.2F + (y < side / 2 || x >= end ? 0.0F : 0.005F * static_cast<float>(end - x));
         const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 4096);
         const ldi::graph& g = expanded.topology();
-        std::size_t nearest_column = 0;  // of the hidden pixels, to the free end
+        std::size_t nearest_column = 0;  // column of the hidden pixel nearest to the free end
         for (std::int32_t i = 0; i < g.count(); ++i) {
             if (expanded.column<ldi::known_column>()[i] != 0) continue;
             const std::size_t x = static_cast<std::size_t>(g.x()[i]), y = static_cast<std::size_t>(g.y()[i]);
@@ -539,7 +540,7 @@ TEST_CASE("growth ends at the maximum number of hidden pixels, and the result st
     CHECK(expanded(static_cast<float>(all) + 0.01F) == std::pair(all, 0.5F));
     const auto [half, less_motion] = expanded(static_cast<float>(all) / 2);
     CHECK(half >= all / 2);
-    CHECK(half < all / 2 + 0.1);  // the pixels of one iteration
+    CHECK(half < all / 2 + 0.1);  // 0.1: pixels of the last iteration
     CHECK(less_motion > 0.0F);
     CHECK(less_motion < 0.5F);
     CHECK(expanded(0.0F) == std::pair(0.0, 0.0F));

@@ -1,6 +1,6 @@
 // Memory of the whole conversion on difficult depth maps, from 16 x 12 samples up to the photo's size. Two counts are bounded:
-// bytes in use at any time during each stage, and bytes ever allocated. Queues are in this memory, so that a pixel that is
-// visited many times shows in the second count.
+// bytes in use at any time during each stage, and bytes ever allocated. Queues are part of this memory, so a pixel that is
+// visited many times increases the second count.
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/hard_maps.hpp"
 #include "tests/support/stage_peaks.hpp"
@@ -92,7 +92,7 @@ TEST_CASE("on difficult depth maps, silhouettes, hidden pixels, charts and the m
 }
 
 TEST_CASE(
-    "a 3D photo states which limits its depth exceeds: noise that of silhouettes, stairs that of hidden surfaces, a ramp "
+    "a 3D photo reports exceeded limits: noise exceeds that of silhouettes, stairs that of hidden surfaces, and a ramp "
     "neither") {
     constexpr double motion = double{ldi::expand_options().motion};
     const cost noise = cost_of("noise", 128, 128, 1), stairs = cost_of("stairs", 256, 256, 2),
@@ -108,7 +108,8 @@ TEST_CASE("on a photo with four times the pixels, peak and total memory per pixe
         for (const auto& [columns, unit] : {map_sizes[0], map_sizes[2], map_sizes[3]}) {
             CAPTURE(name, columns, unit);
             const cost small = cost_of(name, 128, columns, unit), large = cost_of(name, 256, 2 * columns, unit);
-            // A hidden pixel costs more than one of the photo, and the larger photo may have a larger share of them.
+            // A hidden pixel costs more than a pixel of the photo, and the larger photo may have a larger share of hidden
+            // pixels.
             const double growth = (1 + large.hidden_per_pixel()) / (1 + small.hidden_per_pixel());
             CHECK(large.allocated_per_pixel() < 1.25 * growth * small.allocated_per_pixel());
             CHECK(large.peak_per_pixel() < 1.25 * growth * small.peak_per_pixel());

@@ -1,4 +1,4 @@
-// Defaults that others have determined: the paper, and the training of the silhouette network.
+// Defaults that are given by the paper or by the training of the silhouette network.
 #include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ TEST_CASE("the paper's numbers are the defaults") {
 }
 
 // The values of examples/training/silhouettes/band.py.
-TEST_CASE("the silhouette network decides in the bands with which it is trained") {
+TEST_CASE("the silhouette network decides in the same bands as in its training") {
     CHECK(ldi::step_band_options().max_step == 0.02F);
     CHECK(ldi::step_band_options().min_step == 0.06F);
     CHECK(ldi::step_sides_radius == 4);

@@ -113,7 +113,7 @@ TEST_CASE(LDI_TEST_CONFIGURATION "a disparity of 0 lies at z_far, like a sky") {
     CHECK(made.layers.size() > photo.height() * photo.width());  // the sky continues behind the object
 }
 
-TEST_CASE(LDI_TEST_CONFIGURATION "options from which numbers would overflow are refused") {
+TEST_CASE(LDI_TEST_CONFIGURATION "options that would cause numeric overflow are refused") {
     const ldi::image<std::uint8_t> photo(4, 6, 3, std::uint8_t{90});
     const auto found = [&](auto&& change) -> std::string {
         ldi::photo3d_options options;

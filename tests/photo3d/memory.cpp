@@ -1,4 +1,5 @@
-// The memory that the whole conversion uses, and the behavior when it is exhausted. This program's operator new counts.
+// Memory that the whole conversion uses, and its behavior when memory is exhausted. This program replaces operator new to
+// count its calls.
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/lifted_scene.hpp"
 

@@ -40,7 +40,7 @@ static_assert(!std::is_constructible_v<two_columns, image<float>&, owner>);
 static_assert(!std::is_constructible_v<two_columns, const image<float>&>);
 static_assert(!std::is_constructible_v<two_columns, const image<std::uint16_t>&, const image<float>&>);
 
-/// A function of the photo's position, so that it can be checked wherever the value occurs.
+/// Returns a value that depends on the position in the photo, so that tests can check it wherever it occurs.
 std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<std::uint16_t>(7 * x + 1000 * y); }
 
 }  // namespace

@@ -63,7 +63,7 @@ float median_by_definition(const ldi::image<float>& map, int x, int y, double si
     return second - best < 0.05 ? std::numeric_limits<float>::infinity() : result;
 }
 
-/// A depth network's result: a blurred edge, four samples wide.
+/// A depth network's result: a blurred oblique edge, six samples wide along rows.
 struct washed_out {
     ldi::image<float> disparity(ldi::image_view<const std::uint8_t>, const ldi::progress_listener&,
                                 const ldi::serial_executor&) const {

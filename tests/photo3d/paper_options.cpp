@@ -83,7 +83,7 @@ TEST_CASE("with the paper's options, thresholds in pixels do not grow with the s
     CHECK(curves_of(ldi::photo3d_options().max_sample_size) == 1);
 }
 
-TEST_CASE("a photo has no samples smaller than a pixel and no scale above 16") {
+TEST_CASE("a maximum sample size below 1 or above 16 is refused") {
     for (const float size : {0.5F, 17.0F, std::nanf("")}) {
         ldi::photo3d_options options;
         options.max_sample_size = size;

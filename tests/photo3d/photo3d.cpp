@@ -36,7 +36,8 @@ converted convert(const std::string& name, std::int32_t width, std::int32_t heig
     return c;
 }
 
-// Share of uncovered pixels, at least `margin` pixels inside the frame, when the nearest surface moves by `shift` pixels.
+// Share of uncovered pixels among those at least `margin` pixels inside the frame, seen from a camera that moves the nearest
+// surface by (shift_right, shift_down) pixels.
 double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift_down, std::size_t margin) {
     const ldi::view from = ldi::moved_view(photo.facts.camera, photo.facts.range, 1.0F, shift_right, shift_down);
     const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, from);
@@ -63,7 +64,7 @@ double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b
 
 }  // namespace
 
-TEST_CASE("a photo whose depth is clean becomes the same 3D photo, also without its depth maps") {
+TEST_CASE("the result of clean_depth() becomes the same 3D photo as the photo and its depth, with or without kept depth maps") {
     const ldi::scenes::picture picture = ldi::scenes::render(ldi::scenes::scene_by_name("t_junction", 96, 72));
     const ldi::given_disparity depth{picture.disparity};
     const ldi::diffusion_inpainter inpainter;

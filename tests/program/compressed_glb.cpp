@@ -111,7 +111,7 @@ std::vector<std::array<point, 3>> corners(const textured_mesh& mesh) {
     return result;
 }
 
-/// Checks that the triangles are the same except for their order, and that no corner moved by more than precision.
+/// Checks that the triangles are the same except for their order, and that no corner moved by more than `precision`.
 void check_same(textured_mesh found, const textured_mesh& expected, float precision) {
     std::vector<std::array<point, 3>> a = corners(found), b = corners(expected);
     std::sort(a.begin(), a.end()), std::sort(b.begin(), b.end());

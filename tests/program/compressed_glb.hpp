@@ -1,4 +1,5 @@
-// Reads a compressed GLB file as a viewer does: decodes streams, moves positions by their node, scales texture coordinates.
+// Reads a compressed GLB file as a viewer does: decodes streams, transforms positions by their node, and scales texture
+// coordinates.
 #pragma once
 
 #include <ldi/mesh/textured_mesh.hpp>

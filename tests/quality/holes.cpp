@@ -180,7 +180,7 @@ TEST_CASE("cameras within the supported motion see no hole in random scenes") {
     }
 }
 
-// With a version that closed fewer gaps, all but the last three of these scenes had holes.
+// An earlier version closed fewer gaps, and left holes in all of these scenes except the last three.
 TEST_CASE("cameras within the supported motion see no hole behind narrow bars, at tips that fade out, and between terraces") {
     for (const unsigned seed : {10U, 32U, 49U, 50U, 62U, 66U, 83U, 85U, 86U, 91U, 97U, 121U, 1U, 2U, 3U}) {
         std::mt19937 random(seed);

@@ -66,7 +66,7 @@ TEST_CASE("degraded depth has a long side of 384 and is shifted by two samples t
     const ldi::image<float> result = degraded(disparity_of(400, 768, {200, 120, 600, 300}));
     REQUIRE(result.height() == 200);
     REQUIRE(result.width() == 384);
-    // The rectangle starts at sample 100 and row 60: half of the step is reached at the moved border.
+    // The rectangle starts at column 100 and row 60. The blurred step reaches half its height at the shifted border.
     const float half = 0.55F;
     CHECK(result(100, 101) < half);
     CHECK(result(100, 102) > half);
@@ -89,7 +89,7 @@ TEST_CASE("degradation without blur and shift leaves small depth maps unchanged"
     CHECK(degraded(map, {384, 0, 0}) == map);
 }
 
-TEST_CASE("a rectangle's true silhouette is its circumference, with the near pixels inside") {
+TEST_CASE("a rectangle's true silhouette is its perimeter, with the near pixels inside") {
     const rectangle near{20, 10, 50, 30};
     const std::vector<true_side> sides = true_silhouettes(photo_of(60, 80, near), disparity_of(60, 80, near), all_of(60, 80));
     REQUIRE(sides.size() == 2 * (30 + 20));
@@ -219,7 +219,7 @@ TEST_CASE("spanning triangles are those that connect both surfaces at a true sil
     REQUIRE(marked.size() == expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) CHECK(marked[i] == expected[i]);
 
-    // Seen from the other side, the stretched part is as wide as the relative motion.
+    // In a view from the other side, the stretched part is wider by the relative motion of both surfaces.
     ldi::serial_executor threads;
     const ldi::view from = ldi::moved_view(s.camera, s.range(), 1, 20);
     const mask shown = shown_triangles(mesh, marked, from, threads);

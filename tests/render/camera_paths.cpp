@@ -79,7 +79,7 @@ TEST_CASE("a dolly zoom keeps the size of objects in focus while the background 
     CHECK(seen(end, {0.2F, 0, -range.z_near})[0] > seen(photo_view(), {0.2F, 0, -range.z_near})[0]);
 }
 
-TEST_CASE("a path of custom key frames passes through them smoothly, and stands still before the first and after the last") {
+TEST_CASE("a path through custom key frames is smooth, and stands still before the first and after the last of them") {
     const std::vector<key_frame> keys{{0, {0, 0, 0}, {0, 0, -3}, 1},
                                       {0.3F, {0.2F, 0.1F, -0.1F}, {0.1F, 0, -3}, 1.5F},
                                       {0.5F, {-0.2F, 0.3F, 0.1F}, {0, 0.2F, -2}, 0.8F},
@@ -98,7 +98,7 @@ TEST_CASE("a path of custom key frames passes through them smoothly, and stands 
     check_same(view_between(std::vector<key_frame>{keys[1]}, camera, 0.7F), view_between(keys, camera, 0.3F));
 }
 
-TEST_CASE("a camera that looks at a point has it in the middle of the picture and is upright") {
+TEST_CASE("look_at() returns an upright camera that sees the point in the middle of its picture") {
     std::mt19937 engine(4);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 200; ++trial) {
@@ -107,7 +107,7 @@ TEST_CASE("a camera that looks at a point has it in the middle of the picture an
         const std::array<float, 2> middle = seen(v, target);
         CHECK(middle[0] == Approx(150).margin(0.01));
         CHECK(middle[1] == Approx(200).margin(0.01));
-        CHECK(v.rotation[3] == Approx(0).margin(1e-6));  // the picture's horizontal is level
+        CHECK(v.rotation[3] == Approx(0).margin(1e-6));  // the picture's horizontal axis is level
         const std::array<float, 3> up = v.direction_to_photo({0, 1, 0});
         CHECK(up[1] > 0);
     }

@@ -44,7 +44,7 @@ void add_rectangle(textured_mesh& mesh, const pinhole_camera& camera, float x0, 
     mesh.triangles.insert(mesh.triangles.end(), {a, b, c, a, c, d});
 }
 
-/// One vertex per pixel, at the ray caster's disparity: the surface visible in the photo, with rubber sheets at silhouettes.
+/// One vertex per pixel, at the ray caster's depth: the surface visible in the photo, with rubber sheets at silhouettes.
 textured_mesh height_field(const image<float>& depth, const pinhole_camera& camera) {
     textured_mesh mesh;
     const std::uint32_t w = static_cast<std::uint32_t>(depth.width()), h = static_cast<std::uint32_t>(depth.height());

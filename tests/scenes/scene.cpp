@@ -89,6 +89,6 @@ TEST_CASE("the shipped sample photo and its depth map show the still life") {
             const std::array<std::uint8_t, 3> color = ldi::scenes::detail::mixed_color(s, from, x, y, coarse);
             for (std::size_t c = 0; c < 3; ++c, ++count) difference += std::abs(color[c] - shipped.color(y, x, c));
         }
-    // 16 instead of 64 samples per pixel, and JPEG.
+    // The shipped photo has 64 samples per pixel instead of 16, and is a JPEG file.
     CHECK(difference / count < 6);
 }

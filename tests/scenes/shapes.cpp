@@ -57,7 +57,7 @@ TEST_CASE("frames are right-handed and orthonormal, and to_local() inverts to_wo
     }
 }
 
-TEST_CASE("the crossings of a ray with a solid match stepping along the ray") {
+TEST_CASE("the crossings of a ray with a solid match those found by stepping along the ray") {
     generator random{std::mt19937(2)};
     int met = 0;
     for (int trial = 0; trial < 1500; ++trial) {

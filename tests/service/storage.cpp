@@ -71,7 +71,7 @@ TEST_CASE("symbolic links inside a folder are not followed") {
     CHECK(storage.get("a", 10).size() == 4);
 }
 
-TEST_CASE("a reader gets all old bytes or all new bytes, also of an object with hard links") {
+TEST_CASE("a reader gets all old bytes or all new bytes, even of an object with hard links") {
     constexpr std::size_t size = 4'000'000;
     const scratch_folder folder;
     folder_storage storage(folder / ".");
@@ -97,7 +97,7 @@ TEST_CASE("a reader gets all old bytes or all new bytes, also of an object with 
     CHECK(reads > 0);
 }
 
-TEST_CASE("writers of one object leave the bytes of one of them, and no other file") {
+TEST_CASE("concurrent writers of one object leave the bytes of one of them, and no other file") {
     const scratch_folder folder;
     std::vector<std::thread> writers;
     for (int i = 1; i <= 4; ++i)
@@ -111,7 +111,7 @@ TEST_CASE("writers of one object leave the bytes of one of them, and no other fi
     CHECK(names_in(folder / "album") == std::vector<std::string>{"a"});
 }
 
-TEST_CASE("nothing outside a folder is written while a stranger replaces its folders by links") {
+TEST_CASE("nothing outside a folder is written while somebody else replaces its subfolders by links") {
     const scratch_folder folder;
     for (const char* name : {"in/album", "out"}) std::filesystem::create_directories(folder / name);
     std::filesystem::create_symlink("../out", folder / "in/link");

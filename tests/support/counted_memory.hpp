@@ -8,7 +8,7 @@
 
 namespace ldi::testing {
 
-/// Counts bytes in use, their peak, all bytes ever requested, and requests. Refuses the `most`-th and later requests, and
+/// Counts bytes in use, their peak, all bytes ever requested, and requests. Refuses all requests after the first `most`, and
 /// requests that would exceed `limit` bytes in use. Thread-safe.
 struct counted_memory {
     std::mutex mutex;

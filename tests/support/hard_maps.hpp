@@ -53,7 +53,7 @@ inline image<float> hard_map(std::string_view name, std::size_t rows, std::size_
     return map;
 }
 
-/// rows x columns x 3: colors in random order.
+/// Makes a photo of rows x columns x 3 random values.
 inline image<std::uint8_t> noisy_photo(std::size_t rows, std::size_t columns) {
     std::mt19937 random(12);
     image<std::uint8_t> photo(rows, columns, 3, unset);

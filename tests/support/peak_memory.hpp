@@ -98,8 +98,8 @@ std::optional<double> peak_of_child(Call&& call) {
 }
 #endif
 
-/// Bytes of memory that a call needs, beyond those of an empty call. It runs in a child process, and may throw; nothing if the
-/// process ends by a signal. 0 if memory is not measured.
+/// Bytes of memory that a call needs, beyond those of an empty call. The call runs in a child process, and may throw. Returns
+/// nothing if the process ends by a signal, and 0 if memory is not measured.
 template <class Call>
 std::optional<double> peak_memory(Call&& call) {
 #if defined(__linux__)

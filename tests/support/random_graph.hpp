@@ -25,7 +25,7 @@ struct random_layers {
     const graph& topology() const { return made; }
 };
 
-/// A number in [0, bound). The standard distributions differ between standard libraries; this one does not.
+/// A number in [0, bound). The standard distributions differ between standard libraries, so this function does not use them.
 inline std::int32_t below(std::mt19937& random, std::int32_t bound) {
     return static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(bound));
 }
@@ -54,7 +54,7 @@ inline random_layers in_canonical_order(const random_layers& layers) {
     return reordered(layers, canonical_order(layers.topology(), layers.disparity));
 }
 
-/// Pieces of random graphs. A new piece shares positions with existing pieces, not pixels.
+/// Pieces of random graphs. A new piece may share positions with existing pieces, but no pixels.
 class random_pieces {
 public:
     random_pieces(std::mt19937& random, std::int32_t width, std::int32_t height) : random_(random), g_(width, height) {}
@@ -91,7 +91,7 @@ public:
         const std::int32_t x = x_of(from) + step_x(s), y = y_of(from) + step_y(s);
         if (g_.neighbor(from, s) != no_pixel || !inside(x, y)) return;
         const std::int32_t width = 1 + below(random_, 6), height = 1 + below(random_, 6);
-        // The sheet touches the pixel `from` with any position of the edge that faces it.
+        // A random position of the sheet's edge that faces the pixel `from` touches this pixel.
         const std::int32_t left = s == side::right ? x : s == side::left ? x - width + 1 : x - below(random_, width);
         const std::int32_t top = s == side::down ? y : s == side::up ? y - height + 1 : y - below(random_, height);
         const buffer<std::int32_t> sheet = add_sheet(left, top, width, height);
@@ -123,8 +123,8 @@ public:
         }
     }
 
-    /// Square turns around the lattice point (x, y), of `radius` pixels to each side; above the point each turn is linked to the
-    /// next, so that a path around it leads to another layer.
+    /// Adds turns around the lattice point (x, y), each a square of `radius` pixels to each side. Above the point, each turn
+    /// is linked to the next, so that a path around the point leads to another layer.
     void add_helix(std::int32_t x, std::int32_t y, std::int32_t radius, std::int32_t turns) {
         buffer<buffer<std::int32_t>> turn;
         for (std::int32_t t = 0; t < turns; ++t) turn.push_back(add_sheet(x - radius, y - radius, 2 * radius, 2 * radius));

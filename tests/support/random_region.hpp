@@ -1,4 +1,4 @@
-// Regions of a lattice from marks, and the numbers of their pixels, counted one by one.
+// Pixel regions from images of marks. number_in() counts marks one by one, to check the numbers of a region's pixels.
 #pragma once
 
 #include <ldi/core/image.hpp>

@@ -1,5 +1,5 @@
-// Runs code with instructions that the processor lacks: each of them raises SIGILL, and a test's handler emulates it. So
-// compiled kernels are tested to the last instruction on any machine.
+// Runs code with instructions that the processor lacks: each of them raises SIGILL, and a test's handler emulates it. Tests
+// can therefore run every instruction of the compiled kernels on any machine.
 #pragma once
 
 #include <ldi/kernels/detail/target.hpp>
@@ -17,7 +17,7 @@
 namespace ldi::testing {
 
 /// During its lifetime, illegal instructions of this thread go to `emulate`, which advances the instruction pointer, or returns
-/// false for an unknown instruction. One object at a time.
+/// false for an unknown instruction. Only one object may exist at a time.
 class trapped_instructions {
 public:
     explicit trapped_instructions(std::function<bool(ucontext_t&)> emulate) : emulate_(std::move(emulate)) {
@@ -41,14 +41,14 @@ private:
     }
     static void handle(int, siginfo_t*, void* context) {
         if (!current()->emulate_(*static_cast<ucontext_t*>(context)))
-            std::signal(SIGILL, SIG_DFL);  // an unknown instruction: it is raised again, and ends the program
+            std::signal(SIGILL, SIG_DFL);  // an unknown instruction raises SIGILL again, which ends the program
     }
 
     std::function<bool(ucontext_t&)> emulate_;
     struct sigaction before_ {};
 };
 
-/// The general register with this number in instructions.
+/// Reads the general-purpose register that has this number in machine code.
 inline std::uint64_t read_register(const greg_t* registers, unsigned number) {
     constexpr int places[] = {REG_RAX, REG_RCX, REG_RDX, REG_RBX, REG_RSP, REG_RBP, REG_RSI, REG_RDI,
                               REG_R8,  REG_R9,  REG_R10, REG_R11, REG_R12, REG_R13, REG_R14, REG_R15};
@@ -74,7 +74,7 @@ inline memory_operand read_operand(const std::uint8_t* modrm, const greg_t* regi
         base = sib & 7U;
         has_base = base != 5 || mode != 0;
     } else if (base == 5 && mode == 0) {
-        return {};  // relative to the instruction: compilers have no use for it here
+        return {};  // relative to the instruction pointer, which these kernels do not use
     }
     if (has_base) found.address = read_register(registers, base + base_high);
     std::int32_t displacement = 0;

@@ -29,7 +29,7 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
     CHECK(rows <= static_cast<std::size_t>(options.max_side));
     CHECK(columns <= static_cast<std::size_t>(options.max_side));
 
-    // Each block belongs to one chart, with room for the padding.
+    // Each block belongs to at most one chart, and each chart has room for its padding.
     const std::int32_t padding = options.padding.filter_padding;
     buffer<std::int32_t> owner(rows / 16 * (columns / 16), -1);
     bool disjoint = true;

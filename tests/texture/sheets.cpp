@@ -52,7 +52,7 @@ image<std::uint8_t> noise(std::mt19937& random, std::size_t rows, std::size_t co
     return photo;
 }
 
-/// The layered image has some ten thousand pixels; the photo is 1.01 to 6 times as high, and about as wide.
+/// The layered image has 60 to 119 rows and columns. The photo is 1.01 to 6 times as large in each direction.
 sheet_scene random_sheet_scene(std::mt19937& random, const serial_executor& threads = {}) {
     const std::size_t rows = 60 + random() % 60, columns = 60 + random() % 60;
     const double scale = 1.01 + static_cast<double>(random() % 500) / 100;
@@ -70,7 +70,8 @@ const std::uint8_t* texel_of(const sheet_scene& s, std::int32_t c, std::int32_t 
     return s.sheets[static_cast<std::size_t>(place.sheet - 1)].row(place.room.y + y) + 3 * (place.room.x + x);
 }
 
-/// Calls visit(pixel, x, y) for all pixels of the photo whose center lies in a pixel of the layered image on a sheet.
+/// For each pixel of the layered image that is on a sheet, calls visit(pixel, x, y) for all pixels (x, y) of the photo whose
+/// centers lie in it.
 template <class Visit>
 void for_each_texel(const sheet_scene& s, Visit&& visit) {
     const graph& g = s.layers.topology();
@@ -128,7 +129,7 @@ TEST_CASE("away from silhouettes, sheets show the photo byte for byte") {
     std::size_t compared = 0, all = 0;
     for (int repeat = 0; repeat < 12; ++repeat) {
         const sheet_scene s = random_sheet_scene(random);
-        // A pixel with the photo's color, surrounded by two more such pixels on every side.
+        // Whether a pixel and all pixels up to two columns and rows away have the photo's color.
         const auto is_the_photos = [&](std::int32_t pixel) {
             const graph& g = s.layers.topology();
             const atlas_place at = in_atlas(s, pixel);

@@ -348,7 +348,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(asked.includes("/sample.glb") && asked.includes("/sample.poster.jpg"));
     });
 
-    await test("in a page, the photo leaves magnification to the page, and a mouse looks around", async (page) => {
+    await test("in a page, a double click does not magnify the photo, and the mouse looks around", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         await waitForRest(page);
@@ -423,7 +423,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         });
     });
 
-    await test("the page styles parts of the photo, and a released photo shows its poster", async (page) => {
+    await test("a page can style parts of the photo, and a released photo shows its poster", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         const styled = await page.evaluate(() => {
@@ -499,7 +499,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         await page.waitForFunction(() => document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent.includes("404"));
     });
 
-    await test("without full screen (iPhones), the element covers the page, and uncovers it again", async (page) => {
+    await test("without full-screen support (iPhones), the element covers the page, and Escape uncovers it", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         const size = await page.evaluate(async () => {

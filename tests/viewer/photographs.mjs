@@ -1,6 +1,6 @@
-// node photographs.mjs FOLDER [PICTURES]: counts the gaps in all pages of a folder, at all positions of the viewer. A page fails if one pixel
-// changes with the clear color. Writes the view with the most gaps in the mesh to the folder PICTURES, with and without the backdrop. Ends
-// with "N passed, N failed".
+// node photographs.mjs FOLDER [PICTURES]: counts the gaps in all pages of a folder, at all positions of the viewer. A page fails if any
+// pixel changes with the clear color. Writes the view with the most gaps in the mesh to the folder PICTURES, with and without the backdrop.
+// Ends with "N passed, N failed".
 
 import { mkdir, readdir } from "node:fs/promises";
 import { join } from "node:path";

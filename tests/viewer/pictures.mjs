@@ -28,9 +28,9 @@ export class PictureDesk {
     }
 
     /**
-     * Returns the peak signal to noise ratio in dB of a picture against another, scaled to its size.
+     * Returns the peak signal-to-noise ratio in dB between a picture and another one, which is scaled to the picture's size.
      *
-     * @param {number} hidden  share of the other's width to leave out left and right, and of its height above and below
+     * @param {number} hidden  share of the other's width to cut off at the left and at the right, and of its height at the top and bottom
      */
     psnr(picture, other, hidden = 0) {
         return this.page.evaluate(
@@ -58,8 +58,8 @@ export class PictureDesk {
     /**
      * Measures the left edge of a white shape, between a quarter and three quarters of the picture's height.
      *
-     * @returns {Promise<{width: number, levels: number}>} mean number of pixels per row between shape and background, and their number of
-     *     different brightnesses
+     * @returns {Promise<{width: number, levels: number}>} mean number of pixels per row between shape and background, and number of
+     *     different brightness values among them
      */
     leftEdge(picture) {
         return this.page.evaluate(async (picture) => {

@@ -64,7 +64,7 @@ function assertNear(actual, expected, tolerance, what) {
     assert.ok(Math.abs(actual - expected) <= tolerance, `${what}: expected ${expected} within ${tolerance}, found ${actual}`);
 }
 
-/** Checks that near surfaces move against the viewer, relative to far ones, since the picture `before`. */
+/** Checks that since the picture `before`, near surfaces have moved opposite to the viewer, relative to far ones. */
 async function assertParallax(page, before, { right, up }) {
     const { near, far } = await desk.parallax(before, await picture(page), depth, await hiddenBorder(page));
     const motion = JSON.stringify({ near, far });
@@ -131,7 +131,7 @@ await test("the first picture is the photo on a phone's screen", opened({ ...sti
     assert.equal((await frameOf(page)).height, 844);
 });
 
-await test("on an upright screen, the photo's middle of interest is in sight", empty({ ...still, size: { width: 390, height: 844 } }), async (page) => {
+await test("on an upright screen, the photo's center of interest is visible", empty({ ...still, size: { width: 390, height: 844 } }), async (page) => {
     const whiteShare = async () => {
         await settle(page);
         return desk.shareOf(await picture(page), [255, 255, 255]);
@@ -154,7 +154,7 @@ await test("on an upright screen, the photo's middle of interest is in sight", e
     await assertInSight("after the phone has been turned");
 });
 
-await test("the page is named after the photo and at most 1 MB larger than the GLB in base64", opened(still), async (page) => {
+await test("the page's title is the photo's name, and the page is at most 1 MB larger than the GLB in base64", opened(still), async (page) => {
     assert.equal(await page.title(), "sample");
     const { size } = await stat(samplePage);
     const more = size - Math.ceil(glb.length / 3) * 4;
@@ -248,7 +248,7 @@ await test("at the limits, the frame shows almost no gaps", opened(countable), a
 
 let drops = 0;
 
-/** Drops a file with another motion, under a name that no file before had: the page's title then shows when it is loaded. */
+/** Drops a file with another motion, under a new name, so that the page's title shows when it is loaded. */
 async function dropWith(page, file, motion) {
     const { json, binary } = takeApart(file);
     const name = `drop ${(drops += 1)}, motion of ${motion}`;
@@ -521,7 +521,7 @@ const moveHead = async (page, change) => {
     return settle(page);
 };
 
-await test("a headset shows two views, and head motion in meters moves the viewer as far", opened({ scripts: headsetScripts }), async (page) => {
+await test("a headset shows two views, and head motion moves the viewer by the same distance", opened({ scripts: headsetScripts }), async (page) => {
     await hover(page, 0, 0);
     const flat = await picture(page);
     const home = await enterHeadset(page);
@@ -586,7 +586,7 @@ await test("without a photo, the viewer asks for one, and shows a dropped GLB", 
     assert.ok(psnr > 28, `${psnr} dB`);
 });
 
-await test("a compressed GLB has the picture and the motion limits of the uncompressed one", empty(still), async (page) => {
+await test("a compressed GLB has the same picture and motion limits as the uncompressed one", empty(still), async (page) => {
     const shown = [];
     for (const [name, bytes] of [["plain.glb", glb], ["compressed.glb", await readFile(join(top, "out/sample_compressed.glb"))]]) {
         await drop(page, name, bytes);

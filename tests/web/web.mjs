@@ -87,7 +87,7 @@ async function assertEqualsProgram(page, name) {
 /** Headers that isolate a page from other sites. */
 const isolation = { "cross-origin-opener-policy": "same-origin", "cross-origin-embedder-policy": "require-corp" };
 
-/** Serves the folder. `stop` ends the server like a lost network. */
+/** Serves the folder. `stop` ends the server, as if the network were lost. */
 async function serve(folder, headers = {}) {
     const types = { ".html": "text/html", ".js": "text/javascript", ".gz": "application/gzip" };
     const server = createServer(async (request, response) => {
@@ -385,7 +385,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(await findings(), []);
     });
 
-    await test("the converter needs at most 150 MB, the same over many photos", open(), async (page) => {
+    await test("the converter needs at most 150 MB, and no more after many photos", open(), async (page) => {
         const heaps = [];
         for (let i = 0; i < 4; ++i) await convert(page, "sample.jpg", sampleBytes);
         for (let i = 0; i < 6; ++i) heaps.push((await convert(page, "sample.jpg", sampleBytes)).facts.heap);
@@ -395,7 +395,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     const isolating = await serve(site, isolation);
-    await test("on a server that isolates the page, it uses threads and makes the same bytes", () => openPage(browser, isolating.address), async (page) => {
+    await test("on a server that isolates it, the page uses threads and makes the same bytes", () => openPage(browser, isolating.address), async (page) => {
         assert.ok(await hasAllThreads(page));
         const alone = await openPage(browser, onePage);
         assert.equal((await alone.evaluate(() => window.photo3d.converter.ready)).threads, 1);
@@ -410,7 +410,7 @@ async function testsOfChromium(browser, open, openShared) {
     await isolating.stop();
 
     const withHeic = await serve(site);
-    await test("the page on a server reads HEIC and the depth inside like the program, online and offline", () => openPage(browser, withHeic.address), async (page) => {
+    await test("on a server, the page reads HEIC photos and their depth like the program, online and offline", () => openPage(browser, withHeic.address), async (page) => {
         assert.deepEqual(page.requests.filter((url) => /heic/.test(url)), [], "the reader is not fetched before it is needed");
         execFileSync("heif-enc", [sample, "-o", join(made, "plain.heic")], { stdio: "ignore" });
         assert.equal((await assertEqualsProgram(page, "plain.heic")).facts.depthSource, "");

@@ -1,5 +1,5 @@
-// Makes a GLB file from a crop of the sample photograph in examples/learn, with its depth map or with the depth network's, and
-// with only the standard library. For any compiler and any LDI_ISA, the bytes are the same.
+// Makes a GLB file from a crop of the sample photograph in examples/learn, with its depth map or with the depth network. Uses
+// only the standard library. The bytes are the same for any compiler and any LDI_ISA.
 //
 //     convert NAME DEPTH RESULT   DEPTH: "map" or "network"; runs in the root of the repository
 //     convert sets - -            prints the values of LDI_ISA that this machine supports

@@ -1,5 +1,5 @@
-// kernels/conv_f32.hpp in WebAssembly: one row of 1152 pixels, each instruction set beside the portable code, median and best of
-// many calls in 10^9 multiplications per second.
+// Measures kernels/conv_f32.hpp in WebAssembly on one row of 1152 pixels, with each instruction set and with portable code.
+// Prints the median and the best of many calls, in 10^9 multiplications per second.
 //
 //     em++ -std=c++20 -O2 -msimd128 -Iinclude -isystem FOLDER_WITH_XTENSOR bench/peers/webassembly/conv_f32.cpp -o conv_f32.js
 //     node --no-experimental-fetch conv_f32.js

@@ -92,8 +92,8 @@ ldi::network_description any_network(random_source& random, std::size_t layers) 
     return network;
 }
 
-/// A dense convolution, then inverted residual blocks as in the depth network: 1 x 1, optionally enlarged, depthwise, 1 x 1,
-/// optionally with one or two additions, some of them of much earlier tensors.
+/// A dense convolution, then inverted residual blocks as in the depth network: a 1 x 1 convolution, an optional enlargement, a
+/// depthwise convolution, a 1 x 1 convolution, and up to two additions, some of them of much earlier tensors.
 ldi::network_description network_of_blocks(random_source& random, std::size_t blocks) {
     ldi::network_description network{"input", random.size_in(1, 3), random.quantization(), {}, 0};
     struct tensor {

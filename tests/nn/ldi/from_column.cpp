@@ -43,7 +43,7 @@ TEST_CASE("a map whose number of values is no multiple of its channels is refuse
     CHECK_THROWS_AS(to_column<color_column>(map, layers), error);
 }
 
-TEST_CASE("to_column() applies the scale to bytes as to floats") {
+TEST_CASE("to_column() scales bytes in the same way as floats") {
     layered_image<known_column> layers(make_grid(3, 1));
     basic_feature_map<std::uint8_t> map(3, 1);
     map.values = {0, 50, 200};
@@ -65,7 +65,7 @@ struct identifier {
     using scalar = Scalar;
     static constexpr std::size_t channels = 1;
 };
-/// Writes values beyond the range of `Scalar`, -1, 0 and 3 to a column of `Scalar`.
+/// Writes 1e20, -1e20, both infinities, 2^63, 3 and -1 to a column of `Scalar`.
 template <class Scalar>
 buffer<Scalar> clamped() {
     layered_image<identifier<Scalar>> layers(make_grid(7, 1));
