@@ -152,7 +152,7 @@ MEASUREMENTS = {
     "LPIPS of novel views of scenes": (
         (QUALITY, rf"ray-cast scenes, mean LPIPS \| \|(?: [\d.]+ / [\d.]+ \|){{2}} [\d.]+ / {N} \| [\d.]+ / {N} \|"), (FARBRAUSCH, rf"\| scenes, the same \| {N}, {N} \|")),
     "sizes of files": (
-        (PROGRAM_PAGE, rf"all eleven: median, largest \| {N}, [\d.]+ \| {N}, "), ("examples/service/README.md", rf"GLB file, kB \| [\d.]+ \| {N} \(median of eleven\) \| {N} \|")),
+        (PROGRAM_PAGE, rf"the sample with its depth map, 1152 x 1536 \| {N} \| {N} \|"), ("examples/service/README.md", rf"GLB file, kB \| [\d.]+ \| {N} \(the sample\) \| {N} \|")),
     "hidden pixels of photographs": ((PROGRAM_PAGE, rf"\| {N} % in 100 photographs", "0.01"), ("SECURITY.md", rf"up to {N} hidden pixels per pixel")),
     "batch beside a loop": ((PROGRAM_PAGE, rf"the batch was {N} and {N} times as fast"), ("CHANGELOG.md", rf"It is {N} to {N} times as fast as a shell loop")),
     "error of 8 bits": ((PROGRAM_PAGE, rf"a PSNR of {N} dB relative to"), ("examples/photo3d/options.hpp", rf"colors have a PSNR of {N} dB")),
