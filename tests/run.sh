@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the test suite, in about 17 minutes on two cores: tests of the program, the headers and the packages, built with g++; unit tests with
+# Runs the test suite, in about 14 minutes on two cores: tests of the program, the headers and the packages, built with g++; unit tests with
 # the address and undefined behavior sanitizers; Khronos' glTF validator on the sample's 3D photo. Installs missing packages. Ends
 # with "N passed, N failed".
 #
