@@ -67,12 +67,8 @@ def test_stubs_are_right(tmp_path):
     if subprocess.run([sys.executable, "-c", "import mypy"], stderr=subprocess.DEVNULL).returncode != 0:
         pytest.skip("mypy is not installed")
     (tmp_path / "config").write_text("[mypy]\nignore_missing_imports = True\n")  # names of the extension
-    run = subprocess.run([sys.executable, "-m", "mypy.stubtest", "--concise", "--mypy-config-file", "config", "ldi"], cwd=tmp_path, capture_output=True, text=True)
-    # The extension's classes have their own metaclass. Classes of results have constructors that accept any arguments and raise an error.
-    results = "Atlas|Chart|Charts|Curve|Depth|Layer|Layers|Mesh"
-    known = re.compile(rf"ldi\._errors\._class variable differs|ldi\.\w+ is inconsistent, metaclass differs|ldi\.({results})\.__init__ is inconsistent, stub does not have \*args")
-    assert not [line for line in run.stdout.splitlines() if not known.match(line)] and "error" not in run.stderr, run.stdout + run.stderr
-    assert "metaclass differs" in run.stdout  # the comparison ran
+    run = subprocess.run([sys.executable, "-m", "mypy.stubtest", "--mypy-config-file", "config", "ldi"], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 0 and run.stdout.startswith("Success: no issues found"), run.stdout + run.stderr
 
 
 def test_results_describe_themselves():

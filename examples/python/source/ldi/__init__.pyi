@@ -1,6 +1,6 @@
 import os
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,15 +28,20 @@ class Error(Exception):
 class InputError(Error, ValueError): ...
 class FileError(Error, OSError): ...
 
-class DepthNetwork:
+class _Extension(type): ...  # the metaclass of classes in the extension; its name at run time is pybind11_type
+
+class _Result(metaclass=_Extension):
+    def __init__(self, *args: object, **kwargs: object) -> NoReturn: ...  # only functions of ldi make results
+
+class DepthNetwork(metaclass=_Extension):
     def __init__(self, weights: bytes, name: str = ...) -> None: ...
     def __call__(self, photo: _Photo, *, threads: int = ...) -> NDArray[np.float32]: ...
 
-class InpaintingNetwork:
+class InpaintingNetwork(metaclass=_Extension):
     def __init__(self, weights: bytes, name: str = ..., arithmetic: Literal["float32", "int8"] = ...) -> None: ...
     def __call__(self, layers: Layers, *, threads: int = ...) -> NDArray[np.uint8]: ...
 
-class Depth:
+class Depth(_Result):
     @property
     def photo(self) -> _Photo: ...
     @property
@@ -48,14 +53,14 @@ class Depth:
     @property
     def z_far(self) -> float: ...
 
-class Curve:
+class Curve(_Result):
     @property
     def sides(self) -> NDArray[np.int32]: ...
     @property
     def is_closed(self) -> bool: ...
     def __len__(self) -> int: ...
 
-class _Pixels:
+class _Pixels(_Result):
     @property
     def x(self) -> NDArray[np.int32]: ...
     @property
@@ -96,7 +101,7 @@ class Layers(_Pixels):
     @property
     def margin(self) -> int: ...
 
-class Chart:
+class Chart(_Result):
     @property
     def x(self) -> int: ...
     @property
@@ -108,13 +113,13 @@ class Chart:
     @property
     def pixels(self) -> NDArray[np.int32]: ...
 
-class Charts:
+class Charts(_Result):
     @property
     def chart_of(self) -> NDArray[np.int32]: ...
     def __len__(self) -> int: ...
     def __getitem__(self, index: int) -> Chart: ...
 
-class Atlas:
+class Atlas(_Result):
     @property
     def color(self) -> NDArray[np.uint8]: ...
     @property
@@ -122,7 +127,7 @@ class Atlas:
     @property
     def fill(self) -> float: ...
 
-class Mesh:
+class Mesh(_Result):
     @property
     def positions(self) -> NDArray[np.float32]: ...
     @property
@@ -132,7 +137,7 @@ class Mesh:
     @property
     def triangles(self) -> NDArray[np.uint32]: ...
 
-class Photo3D:
+class Photo3D(metaclass=_Extension):
     def __init__(self, layers: Layers, charts: Charts, atlas: Atlas, mesh: Mesh) -> None: ...
     @property
     def photo(self) -> _Photo: ...

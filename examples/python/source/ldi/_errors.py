@@ -33,5 +33,4 @@ class FileError(Error, OSError):
         self.filename = where
 
 
-for _class in (Error, InputError, FileError):
-    _class.__module__ = "ldi"
+Error.__module__ = InputError.__module__ = FileError.__module__ = "ldi"
