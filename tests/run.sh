@@ -5,8 +5,8 @@
 #
 #   tests/run.sh [--all] [CMAKE_OPTION...]
 #
-# --all adds slower tests: the lessons of examples/learn, tests labeled slow, the unit tests built with g++ without sanitizers, and the
-# unit tests built with clang and the single header.
+# --all adds slower tests: the lessons of examples/learn, tests labeled slow, tests of whole photos with sanitizers, and the unit tests built
+# with g++ without sanitizers, and with clang and the single header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh
@@ -37,7 +37,7 @@ fi
 # parts are all tested here. Only --all includes tests of whole photos. Warnings are off: the uninstrumented build reports them, and
 # sanitizers cause false ones.
 [ "$all" = 1 ] && whole=ON || whole=OFF
-only_labels="unit|whole" exclude_labels=slow build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF "-DLDI_BUILD_SLOW_TESTS=$whole" \
+only_labels="unit|whole" exclude_labels=slow build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF "-DLDI_BUILD_WHOLE_TESTS=$whole" \
     -DLDI_UNITY_TESTS=ON \
     -DLDI_WARNINGS_AS_ERRORS=OFF
 

@@ -327,38 +327,16 @@ private:
 
 }}  // namespace ldi
 
-// ---- ldi/base/buffer.hpp
-// `buffer<T>` owns all values in ldi: images, graphs, columns, plans and feature maps consist of buffers.
+// ---- ldi/base/detail/memory_block.hpp
+// The part of a buffer (base/buffer.hpp) that does not depend on the type of its values: allocation, growth and release.
 
-#include <concepts>
 #include <cstdint>
 #include <cstring>
-#include <initializer_list>
 #include <new>
-#include <type_traits>
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Alignment of buffers in bytes: a cache line, so that aligned vector loads of packed values never straddle two lines.
-inline constexpr std::size_t buffer_alignment = 64;
-
-/// Tag for uninitialized values. Without it, a buffer initializes values to zero.
-struct unset_t {
-    explicit unset_t() = default;  // {} must not mean `unset`
-};
-inline constexpr unset_t unset{};
-
-namespace detail {
-
-/// An iterator that supports differences. Replaces std::random_access_iterator, whose header is not needed otherwise.
-template <class T>
-concept element_iterator = requires(T i) {
-    *i;
-    ++i;
-    i - i;
-};
-
-/// Reports that memory is exhausted. Defined outside `buffer`, so that it is compiled once for all element types.
+/// Reports that memory is exhausted. Compiled once for all types of values.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
@@ -409,6 +387,36 @@ struct memory_block {
         const std::size_t more = capacity + capacity / 2 + 4;
         return more > needed ? more : needed;
     }
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/base/buffer.hpp
+// `buffer<T>` owns all values in ldi: images, graphs, columns, plans and feature maps consist of buffers.
+
+#include <concepts>
+#include <initializer_list>
+#include <type_traits>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Alignment of buffers in bytes: a cache line, so that aligned vector loads of packed values never straddle two lines.
+inline constexpr std::size_t buffer_alignment = 64;
+
+/// Tag for uninitialized values. Without it, a buffer initializes values to zero.
+struct unset_t {
+    explicit unset_t() = default;  // {} must not mean `unset`
+};
+inline constexpr unset_t unset{};
+
+namespace detail {
+
+/// An iterator that supports differences. Replaces std::random_access_iterator, whose header is not needed otherwise.
+template <class T>
+concept element_iterator = requires(T i) {
+    *i;
+    ++i;
+    i - i;
 };
 
 }  // namespace detail

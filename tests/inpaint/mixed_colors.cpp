@@ -262,8 +262,8 @@ TEST_CASE("links lead from every unknown pixel to a known pixel within the width
         options.foreground_margin = static_cast<int>(random() % 5);
         options.background_margin = static_cast<int>(random() % 5);
         ldi::unmix_colors(layers, options);
-        // Where a surface is in front on one side and behind on the other, both margins may meet, and are at most 8 steps wide
-        // together.
+        // A surface may be the foreground at one silhouette and the background at another. Its two margins may then meet.
+        // Together they are at most 8 steps wide.
         ldi::buffer<std::uint8_t> reached = layers.column<ldi::known_column>().copy();
         for (int step = 0; step < options.foreground_margin + options.background_margin; ++step) {
             const ldi::buffer<std::uint8_t> before = reached;

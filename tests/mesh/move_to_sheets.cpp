@@ -147,4 +147,12 @@ TEST_CASE("a layout of other charts and a mesh that is already on sheets are ref
     CHECK_THROWS_AS(move_to_sheets(made.mesh, made.charts, made.atlas, other), error);
     CHECK_THROWS_AS(move_to_sheets(made.mesh, made.charts, made.atlas, {}), error);
     CHECK_THROWS_AS(move_to_sheets(s.mesh, made.charts, made.atlas, s.layout), error);  // already on sheets
+    textured_mesh wrong = made.mesh;
+    for (const std::int32_t pixel : {-1, made.charts.chart_of.count()}) {
+        wrong.pixels[0] = pixel;
+        CHECK_THROWS_WITH(move_to_sheets(wrong, made.charts, made.atlas, s.layout), Catch::Contains("pixel indices below"));
+    }
+    other = s.layout;
+    other.placements[0].sheet = static_cast<decltype(other.placements[0].sheet)>(other.sizes.size());
+    CHECK_THROWS_WITH(move_to_sheets(made.mesh, made.charts, made.atlas, other), Catch::Contains("sheets below"));
 }
