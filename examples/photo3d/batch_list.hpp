@@ -257,7 +257,7 @@ inline void check_batch_options(const arguments& a) {
         }
     }
     if (!a.depth.empty() && a.depth != "none" && !std::filesystem::is_directory(a.depth, ignored))
-        raise(error_code::file_access, a.depth.string(), "a folder of depth maps, with --batch",
+        raise(error_code::file_access, a.depth.string(), "a folder of depth maps, as --batch requires",
               std::filesystem::exists(a.depth, ignored) ? "a file" : "no such folder");
 }
 

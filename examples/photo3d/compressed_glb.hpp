@@ -148,7 +148,7 @@ inline void pack_textures(glb_json& content, glb_packer& packer, std::span<const
                           const compression_options& options, std::vector<std::string>& used,
                           std::vector<std::string>& required) {
     const bool has_webp = !options.webp.empty();
-    if (has_webp && options.webp.size() != textures.size()) raise_other_glb("another number of textures than of WebP files");
+    if (has_webp && options.webp.size() != textures.size()) raise_other_glb("a different number of textures than WebP files");
     glb_json& images = content["images"];
     if (!has_webp || options.keeps_texture) {
         for (std::size_t i = 0; i < textures.size(); ++i) images[i]["bufferView"] = packer.add(textures[i]);
@@ -175,8 +175,8 @@ inline std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const
         textures.push_back(from.view(image.at("bufferView")));
         pictures.push_back(ldi::read_picture_header(textures.back(), "texture"));
     }
-    if (content.at("textures").size() != textures.size()) raise_other_glb("textures without pictures");
-    if (content.at("meshes").size() != 1) raise_other_glb("another number of meshes than one");
+    if (content.at("textures").size() != textures.size()) raise_other_glb("textures without images");
+    if (content.at("meshes").size() != 1) raise_other_glb(std::to_string(content.at("meshes").size()) + " meshes");
     glb_json& mesh = content["meshes"][0];
     std::vector<primitive_geometry> geometries;
     for (const glb_json& primitive : mesh.at("primitives")) geometries.push_back(from.geometry(primitive));

@@ -232,7 +232,7 @@ TEST_CASE("kept pixels are linked if and only if a path of two links joins them 
     });
 }
 
-TEST_CASE("parents match an exploration from every single pixel") {
+TEST_CASE("parents match a breadth-first search from each pixel, and only pixels connected to no kept pixel lack a parent") {
     int beyond_group = 0, without_parent = 0;
     testing::for_random_graphs(53, 1500, [&](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();

@@ -371,8 +371,7 @@ TEST_CASE("behind a front of any shape, a background of any slope grows to every
     }
 }
 
-TEST_CASE(
-    "at a T-junction, the midground stops at the perpendicular at its end, and the background grows behind both other surfaces") {
+TEST_CASE("at a T-junction, the midground stops at its curve's constraint, and the background grows behind both other surfaces") {
     const std::int32_t width = 192, height = 256;
     const ldi::scenes::scene scene = ldi::scenes::t_junction(width, height);
     const ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});

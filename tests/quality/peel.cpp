@@ -45,7 +45,7 @@ std::size_t link_count(const graph_view& g) {
 
 }  // namespace
 
-TEST_CASE("peel() from its own viewpoint returns a layered image of any topology unchanged") {
+TEST_CASE("peeling a layered image from its own viewpoint returns it unchanged, for any topology") {
     testing::for_random_graphs(5, 200, [](const testing::random_layers& any, std::mt19937& random) {
         const testing::random_layers canonical = testing::in_canonical_order(any);
         photo_layers layers = photo_layers(canonical.topology());

@@ -31,7 +31,7 @@ work=$(mktemp -d)
 clean_up() {
     [ -z "${KEEP:-}" ] || cp -r "$work" "$KEEP"
     local process
-    # With wait, the shell does not report the killed processes after the last line.
+    # Waits for each killed process, so that the shell does not report it after the last line.
     for process in "${!workers[@]}" "${collector:-}"; do
         [ -z "$process" ] || { kill -KILL "$process" && wait "$process"; } 2>/dev/null || true
     done

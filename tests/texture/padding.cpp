@@ -141,7 +141,7 @@ TEST_CASE("more rounds of diffusion change the padding little") {
     CHECK(contrast / unknown / 3 > 6.0);
 }
 
-TEST_CASE("padding of random charts shows linked pixels or stays within the range of the surrounding colors") {
+TEST_CASE("padding of random charts copies linked pixels or stays within the range of the chart's own and copied colors") {
     std::mt19937 random(6);
     for (int i = 0; i < 150; ++i) {
         const photo_layers layers = random_photo_layers(random, 40);

@@ -113,8 +113,8 @@ def of_composites(a, net, observe, depth):
 
 
 def true_sides(entry, folder, size):
-    """Returns (true share of the front, mask of known pixels), both H x W, of a photograph with true depth. Known are pixels beside sharp
-    steps that are clearly on one side."""
+    """Returns (true share of the front, mask of known pixels), both H x W, of a photograph with true depth. A pixel is known if it lies near
+    a sharp step and is clearly on one side of it."""
     def k(r):
         return np.ones((2 * r + 1, 2 * r + 1), np.uint8)
     g = cv2.imread(os.path.join(folder, entry["map"]), cv2.IMREAD_UNCHANGED).astype(np.float32)

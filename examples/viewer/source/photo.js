@@ -18,7 +18,7 @@ import { checkGlb } from "./check_glb.js";
  * @property {boolean} fillsView  true for photos; false for other models, around which the background is visible
  * @property {boolean} isPastFrame  whether surfaces continue past the photo's border, as far as motion within the budget uncovers them
  * @property {import("./budget.js").Budget | null} budget  motion limits; null if the file has none
- * @property {number} interest  horizontal middle of interest: -1 is the photo's left border, 1 its right border
+ * @property {number} interest  horizontal center of interest: -1 is the photo's left border, 1 its right border
  */
 
 /**
@@ -98,7 +98,7 @@ function depthRange(model) {
 /** Rows and columns of the grid in which middleOfInterest() looks for near surfaces. */
 const interestCells = 32;
 
-/** Weight of the photo's middle: the mean relief, as a share of the depth range, that moves the middle of interest half the way. */
+/** Weight of the photo's middle: the mean relief, as a share of the depth range, that moves the center of interest half the way. */
 const interestInMiddle = 0.015;
 
 /**

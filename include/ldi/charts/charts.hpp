@@ -5,8 +5,9 @@
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
-// Pixels that constraints 1 and 3 may keep out of a chart join it last, ordered by depth, nearest first. The surface that the
-// photo shows then stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
+// Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
+// pixels. Contested pixels join a chart after all others, nearest first. The surface that the photo shows then stays in one
+// piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
 // background's hidden part would reach the end of a silhouette before the front surface, and cut a piece out of the front
 // surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart

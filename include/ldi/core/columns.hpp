@@ -135,10 +135,10 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag has a rule with exactly the types of its column: it accepts the column's values, by value or const reference,
-/// and returns values of the column. The constants ..._fits are true for such a rule and for a tag without the rule. Without this
-/// check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would silently truncate
-/// values.
+/// Whether a tag has a rule with exactly the types of its column: the rule accepts the column's values, by value or const
+/// reference, and returns values of the column. The ..._fits constants below are true for such a rule, and for a tag without the
+/// rule. Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type
+/// would silently truncate values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);

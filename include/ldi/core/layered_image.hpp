@@ -195,7 +195,7 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K values, one per pixel; raises mismatch for another number
+    /// kept  K values, one per pixel; raises mismatch for any other number
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));

@@ -214,7 +214,7 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
 }
 
 // Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
-// third surfaces do not change.
+// other surfaces do not change.
 inline void change_sides(const traced_curve& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -262,10 +262,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
-/// the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty.
-/// Memory is 10 bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the
-/// uncertainty per pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, and invalid_option if the uncertainty is not in [0, 256] or the stiffness
+/// is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty. Memory is 10
+/// bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each
+/// pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {

@@ -133,8 +133,8 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 ///
-/// Raises invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
-/// sample.
+/// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
+/// Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {

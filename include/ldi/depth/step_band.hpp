@@ -1,6 +1,7 @@
-// Finds the band of pixels beside the sharp steps of a disparity map. In this band, the silhouette network assigns pixels to the
-// front or the back. A step is described by a curve of pixels, each with a front and a back disparity. The band stores the
-// nearest curve pixel for each of its pixels. examples/training/silhouettes/README.md defines the same band for training.
+// Finds the pixels beside the sharp steps of a disparity map, for the silhouette network. The network reads the pixels of a
+// region, and assigns those of a narrower band to the front or the back. A step is described by a curve of pixels, each with a
+// front and a back disparity. step_band stores the nearest curve pixel for each pixel of the region.
+// examples/training/silhouettes/README.md defines the same band and region for training.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

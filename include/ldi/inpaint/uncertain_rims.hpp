@@ -92,9 +92,10 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
-/// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
-/// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. A pixel stays inpainted if
+/// its foreground is distinguishable and makes up more than an eighth of the pixel's own color. This share is measured on the
+/// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
+/// experiment.)
 ///
 /// layers  on the photo's lattice
 /// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel

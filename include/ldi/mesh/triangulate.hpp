@@ -26,9 +26,9 @@ struct polygon_conflict {
 /// Triangulates polygons. Keep an object to reuse its memory.
 class triangulator {
 public:
-    /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
-    /// degenerate. Returns the conflict if the polygon crosses itself, or touches itself where it must not; `result` is then
-    /// invalid.
+    /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
+    /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
+    /// conflict; `result` is then invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:

@@ -64,7 +64,7 @@ indices subset_of_random_size(std::mt19937& random, std::size_t count) {
 }
 }  // namespace
 
-TEST_CASE("a plan contains the same windows as exploration, for every pixel of any graph, kernel and stride") {
+TEST_CASE("a plan contains the same windows as gather_window(), for any graph, pixel, kernel size and stride") {
     std::size_t in_segments = 0;
     testing::for_random_graphs(30, 3000, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();

@@ -46,7 +46,7 @@ TEST_CASE("concatenate() joins the channels of maps in order, and reads zero at 
     });
 }
 
-TEST_CASE("elementwise operators refuse maps of other sizes") {
+TEST_CASE("elementwise operators refuse maps of different sizes") {
     const feature_map a(6, 2), fewer(5, 2), wider(6, 3);
     const basic_feature_map<std::uint8_t> bytes(6, 2), fewer_bytes(5, 2), wider_bytes(6, 3);
     const add_u8_constants sum = prepare_add_u8(best_isa(), make_quantized_addition({1.0F, 0}, {1.0F, 0}, {1.0F, 0}));

@@ -153,7 +153,8 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     const std::uint32_t width = static_cast<std::uint32_t>(opened.header.width),
                         height = static_cast<std::uint32_t>(opened.header.height);
     char reason[1024] = "";
-    if (TIFFRGBAImageOK(file.get(), reason) == 0) raise(error_code::unsupported, where, "a TIFF file of 8 or 16 bits", reason);
+    if (TIFFRGBAImageOK(file.get(), reason) == 0)
+        raise(error_code::unsupported, where, "a TIFF file with 8 or 16 bits per sample", reason);
 
     stored_photo photo;
     std::uint16_t orientation = 1;

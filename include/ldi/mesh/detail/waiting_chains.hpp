@@ -17,7 +17,8 @@ struct waiting_chain {
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// Nodes of all chains, and the triangles cut off from them. Keep an object to reuse its memory.
+/// Stores the vertices and links of all chains, and adds the triangles that it cuts off to the caller's triangulation. Keep an
+/// object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }

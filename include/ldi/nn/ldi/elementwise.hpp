@@ -93,7 +93,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled; missing pixels count as zero
+/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled, with zeros at pixels without a parent
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);

@@ -73,7 +73,7 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
 ///         the inputs of a segment, which the plan does not read
 ///
-/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks one of these pixels.
+/// Raises mismatch if the subset belongs to a graph with a different number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
     detail::check_graph_of(inputs, parts.input_count);

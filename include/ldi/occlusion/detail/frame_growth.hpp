@@ -17,8 +17,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it. Then each pixel of the first and the last row, old or new, continues upward or downward.
+/// Lays out old and new pixels in canonical order, row by row from the top. Each run that reaches the left or the right border
+/// continues past it. Each pixel of the first row continues upward, and each pixel of the last row downward. This includes the
+/// new pixels of these rows, so the corners are filled.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel

@@ -1,4 +1,4 @@
-// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
+// Output stage of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
 // detail/lanes_*.hpp.
 
 /// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
