@@ -29,7 +29,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were degraded like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were degraded to resemble a network's depth maps.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
     /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.

@@ -1,5 +1,5 @@
-// Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
+// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring around
+// an object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
 // (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an

@@ -205,8 +205,8 @@ private:
 /// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
 /// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
 /// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
-/// middle value, and does not change. Linear time, except for a binary search in a row per pixel of a small component; up to 60
-/// bytes per pixel.
+/// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
+/// components. Up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);

@@ -84,9 +84,9 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
-/// range. Linear time; 8 bytes per sample.
+/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, an inverse depth is negative, all inverse
+/// depths except the clipped ones are 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an
+/// option outside its range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);

@@ -53,12 +53,13 @@ struct four_pixels {
     std::array<float*, wide> result{};
 };
 
-// Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
+// Returns the first pixel of a row or column that belongs to `sample` or to a later sample. A pixel belongs to the sample that
+// contains the pixel's left or upper edge.
 inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
     return (sample * pixel_count + sample_count - 1) / sample_count;
 }
 
-// Averages, for each sample of the map, the colors of the photo's pixels whose centers lie in the sample.
+// Averages, for each sample of the map, the colors of the photo's pixels that belong to the sample (first_pixel()).
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<std::size_t> first_column(columns + 1);
@@ -115,7 +116,7 @@ inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule s
     return result;
 }
 
-// Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
+// Resamples a map that is coarser than the photo. All pixels that belong to one sample use the same window.
 class upsampler {
 public:
     upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
@@ -130,7 +131,7 @@ public:
           spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
           color_falloff_(0.5F / (options.color_sigma * options.color_sigma)) {}
 
-    // Sets the pixels nearest to the samples of rows [first, last).
+    // Sets the pixels that belong to the samples of rows [first, last).
     void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
         interpolate(first_row(first), first_row(last), result);
         window around;

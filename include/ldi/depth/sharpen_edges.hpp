@@ -21,7 +21,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were blurred like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were blurred to resemble a network's depth maps.
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
@@ -68,8 +68,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, because the outermost samples of a
-// network's depth map are unreliable. Extends edges from farther inside to the border.
+// Marks with 1 the samples within `radius` of edges. Ignores edges within 2 * `radius` samples of the border, because a network's
+// depth map is unreliable there. Samples in this margin copy the mark of the nearest sample farther inside.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;

@@ -56,9 +56,9 @@ struct step_band {
 /// disparity  H x W x 1, finite
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. Of several nearest curve pixels, the leftmost one counts, or the upper one
-/// of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and
-/// columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
+/// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
+/// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
+/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {

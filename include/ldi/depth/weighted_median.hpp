@@ -48,8 +48,8 @@ struct comparator {
     unsigned char low, high;
 };
 
-// A sorting network. merge() is Batcher's odd-even merge of two sorted lists, given by the positions of their elements: it
-// appends comparators and returns the merged order.
+// A sorting network. merge() implements Batcher's odd-even merge: it accepts the positions of the elements of two sorted lists,
+// appends comparators to the network, and returns the positions in merged order.
 template <std::size_t Capacity>
 struct network {
     std::array<comparator, Capacity> comparators{};

@@ -25,8 +25,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
 ///       float32
 ///
-/// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
-/// network.
+/// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
+/// describe a different kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
@@ -53,7 +53,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Members with only one accepted value, because other values would require other arithmetic.
+    // Members with only one accepted value, because any other value would require different arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},

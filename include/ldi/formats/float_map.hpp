@@ -104,7 +104,7 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// Returns the text after a key and its colon in the header of an NPY file, which is a Python dictionary; empty if the key is
+/// Returns the text after a key and its colon in an NPY header, which is a Python dictionary. Returns an empty text if the key is
 /// missing.
 ///
 /// key  including its quotes

@@ -24,7 +24,7 @@ struct picture_header {
     std::size_t memory_per_pixel = 0;               ///< upper bound on the decoder's memory in bytes per pixel
     double more_memory = 0;                         ///< additional memory of the decoder in bytes for the whole picture
     std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
-    std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
+    std::size_t scanned_channels = 0;               ///< JPEG only: number of channels in each scan, summed over all scans
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order

@@ -25,7 +25,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for another number of channels and
+/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for any other number of channels and
 /// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 

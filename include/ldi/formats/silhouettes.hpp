@@ -16,8 +16,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
-/// the metadata describe another kind of network, or if their band constants differ from those in depth/step_band.hpp.
+/// Decodes a silhouette network. Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
+/// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
+/// band (depth/step_band.hpp) differ.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -28,7 +29,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
         raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
     const std::string here = where + ", architecture";
     const detail::json_value text = detail::read_json_object(found->second, 4, here);
-    // Other values would require another band or other arithmetic.
+    // Any other value would require a different band or different arithmetic.
     const std::string_view fixed[][2] = {{"version", "1"},        {"layout", "\"out,in,height,width\""},
                                          {"prior", "6.0"},        {"kernel", "3"},
                                          {"max_step", "0.02"},    {"min_step", "0.06"},

@@ -1,6 +1,6 @@
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
-// network is small, was trained on the results of other networks, and computes with the same arithmetic as the published
-// network. io/weight_files.hpp loads it from disk.
+// network is small, was trained on the results of other networks, and uses the same arithmetic as the published Tiefenrausch.
+// io/weight_files.hpp loads it from disk.
 #pragma once
 
 #include <ldi/formats/safetensors.hpp>
@@ -35,8 +35,8 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 /// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
 /// and "layout_long_side" are optional values of depth_network_sizes.
 ///
-/// Raises the errors of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch if the metadata describe
-/// another network.
+/// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
+/// metadata describe a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);

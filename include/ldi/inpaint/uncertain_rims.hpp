@@ -39,8 +39,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if `from` and
-/// `to` look alike.
+/// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
+/// 1. Returns 0 if `from` and `to` look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;

@@ -1,14 +1,14 @@
 // Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
 // the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
 //
-// The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
+// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces there keep
 // their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
 // and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
 // the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
 // continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
-// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
-// process a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
+// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
+// the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -93,7 +93,7 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, mismatch if `facts` has a margin or if the camera and the lattice differ in
+/// invalid_option for a motion below 0 or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ in
 /// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
 /// are empty. Linear time.
 template <payload_column... Columns>

@@ -71,7 +71,7 @@ struct cleaned_photo {
 /// photo      H x W x 3, at least one pixel
 /// estimator  if this is a temporary given_disparity, its map is moved, not copied
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>

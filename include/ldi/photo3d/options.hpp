@@ -42,8 +42,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
-    /// before the pass at the photo's resolution.
+    /// Number of weighted median passes at the estimator's own resolution, in addition to the pass at the photo's resolution. At
+    /// the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
@@ -110,8 +110,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
 
 namespace detail {
 
-/// Returns the maximum distance, after alignment, of silhouettes from the edges that they follow in the photo, in pixels; 0 for a
-/// depth map at the photo's resolution.
+/// Returns how far silhouettes may be from the photo's edges after alignment, in pixels; 0 for a depth map at the photo's
+/// resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }

@@ -10,7 +10,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// The differences from the defaults:
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
-///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
+///   photo_facts::motion is then the largest motion without gaps, which for most photos is smaller than the default.
 /// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
 /// - The median filter runs once, at the photo's resolution.
 /// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
@@ -20,7 +20,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
 /// behind silhouettes join where their depth is similar (occlusion/expand.hpp), and a step of s in disparity grows the surface
-/// behind it by at most s times the photo's long side, which is less than 50 pixels only in small photos.
+/// behind it by at most s times the photo's long side. This limit is below 50 pixels only in small photos.
 inline photo3d_options paper_options() {
     photo3d_options options;
     options.max_sample_size = 1.0F;

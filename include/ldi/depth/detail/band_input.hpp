@@ -21,7 +21,7 @@ struct bilinear_place {
     float share;  ///< weight of `second`
 };
 
-/// Returns the two map samples to interpolate between for each photo pixel along one axis. `samples` and `pixels` are the sizes
+/// For each photo pixel along one axis, returns the two map samples to interpolate between. `samples` and `pixels` are the sizes
 /// of map and photo along this axis. The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);

@@ -36,8 +36,8 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that lie entirely in the band. A pixel keeps its disparity if it lies no farther than this share of the step
-    /// from the disparity of the pixel's side, toward the other side.
+    /// Applies to pixels that no disparity from outside the band reaches. Such a pixel keeps its own disparity if this deviates
+    /// from the disparity of the pixel's side, toward the other side, by at most this share of the step.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
     /// silhouette, and changes sides whatever its size.
@@ -109,9 +109,9 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. A pixel that these do not reach keeps its disparity, and
-    /// passes it on, if it is close to the disparity of the pixel's side. All remaining pixels get the front or back disparity of
-    /// the nearest curve pixel.
+    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its own
+    /// disparity if that is close to the disparity of the pixel's side. In a second pass, such pixels pass their disparities on.
+    /// All remaining pixels get the front or back disparity of the nearest curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {

@@ -53,7 +53,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// Parses a whole number without sign, decimal point or exponent. Returns an empty result for any other value.
+/// Parses a whole number below 2^64 without sign, decimal point or exponent. Returns an empty result for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;

@@ -50,7 +50,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast. At half the contrast, the color is not a mixture of the two.
+    // Grain alone causes errors of a tenth of the contrast. If the error is half the contrast, no mixture explains the color.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
@@ -89,8 +89,8 @@ public:
     }
 
 private:
-    /// A pixel uses the color samples at its own nearest silhouette side, and at the nearest sides of four other pixels. These
-    /// are this many pixels away along its row and column.
+    /// Distance in pixels to four other pixels, along the row and the column. A pixel uses the color samples at its own nearest
+    /// silhouette side, and at the nearest sides of these four.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 

@@ -18,7 +18,7 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel on a silhouette, and unmixed colors of the surfaces in front and behind.
+/// A pixel side that lies on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
     side toward_front;         ///< direction from `back` to `front`
@@ -87,13 +87,13 @@ private:
         }
     }
 
-    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band, or on a surface
-    /// narrower than the band, to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps
-    /// from a silhouette, where colors are mixed.
+    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band. On a surface narrower
+    /// than the band, walks to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a
+    /// silhouette, where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette, no neighbor may be farther from it than the pixel. The walk then goes straight on.
+        // At a corner of the silhouette, a pixel may have no neighbor that is farther away. The walk then continues straight.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {

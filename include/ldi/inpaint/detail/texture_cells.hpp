@@ -106,7 +106,7 @@ void count_steps(texture_cells& cells, IsLinked&& is_linked) {
 /// Selects and numbers the cells.
 ///
 /// g       in canonical order
-/// reach   maximum steps from an unknown pixel to a source
+/// reach   maximum steps from a source to the nearest unknown pixel
 /// margin  width of the margin around sources; reach + margin must be less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);

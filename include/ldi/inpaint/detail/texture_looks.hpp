@@ -1,5 +1,6 @@
-// Color features of texture cells: their high frequencies, and their blurred surroundings. The blur is a 3 x 3 binomial filter
-// over links, applied four times. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// Color features of texture cells: high frequencies, and blurred surroundings. The blur is a 3 x 3 binomial filter over links.
+// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. Sums
+// remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

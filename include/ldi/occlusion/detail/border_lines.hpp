@@ -1,5 +1,5 @@
-// Measures the slopes of lines at a photo's border, and selects the photo's pixels whose colors its surfaces repeat past the
-// border (occlusion/past_frame.hpp).
+// Measures the slopes of lines at a photo's border, and selects the pixels whose colors are repeated where surfaces continue past
+// the border (occlusion/past_frame.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -51,10 +51,10 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, from the innermost outward, then the sources of the
-    /// `count` pixels past the border. The source of a pixel is the pixel whose color it gets. The path of the sources mirrors
-    /// the photo: it leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns
-    /// the number of rim pixels, or 0 if the surface ends within the rim.
+    /// Appends the source of each rim pixel in line with the border pixel `start`, from the innermost outward, then the source of
+    /// each of the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path
+    /// leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of
+    /// rim pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -83,8 +83,8 @@ private:
     struct sums {
         float inward_along = 0, along_along = 0, inward_inward = 0;
 
-        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize it toward 0,
-        /// because lines nearly parallel to the border and noise make it unreliable.
+        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize m toward 0,
+        /// because m is unreliable for noise and for lines nearly parallel to the border.
         float slope() const {
             const float squares = along_along + 0.1F * inward_inward + nearest_float(20 * depth);
             return std::clamp(-inward_along / squares, -1.5F, 1.5F);

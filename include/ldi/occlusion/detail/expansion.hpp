@@ -70,10 +70,11 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Whether no surface can grow any further. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
+    /// Whether no surface can grow any further.
     bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
 
-    /// Approximate number of iterations until growth is finished. Surfaces that recede behind the front need more.
+    /// Approximate number of iterations until growth is finished. Growth in four directions needs up to sqrt(2) iterations per
+    /// pixel of distance. Surfaces that recede behind the front need more.
     int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);

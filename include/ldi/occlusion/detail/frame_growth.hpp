@@ -95,7 +95,7 @@ public:
     struct repainted_pixel {
         std::int32_t pixel, source;
     };
-    /// Returns the pixels of rims, in the order in which the caller has to repaint them.
+    /// Returns the pixels of rims, in the order in which the caller must repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
     /// Returns the pixels that run() added.
     const frame_pixels& pixels() const { return pixels_; }
@@ -106,8 +106,8 @@ private:
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. `source` is that old pixel, or the old pixel that the new pixel shows. `border` is the border pixel whose disparity
-    /// the column gets.
+    /// row. If that pixel is old, it is also `source`; if it is new, `source` is the old pixel that it shows. `border` is the
+    /// border pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
