@@ -100,7 +100,8 @@ image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_head
         return result;
     }
     // The channels of a gray picture saved as color differ only by JPEG compression errors. The channels of a color-mapped depth
-    // map differ by far more. The limit on the mean sum of both differences, 3 % of the full range, was tuned by experiment.
+    // map differ by far more. The limit on the mean of |red - green| + |blue - green| is 3 % of the full range; it was tuned by
+    // experiment.
     double difference = 0;
     for (std::size_t i = 0; i < count; ++i, sample += picture.channels) {
         result.data()[i] = sample[1];

@@ -69,14 +69,15 @@ inline namespace LDI_READERS {
 photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                          const std::string& where = "photo");
 
-/// Decodes a photo and the depth map from a second file, in which white is near. If the map can't be used, decodes the depth
-/// inside the photo's file instead, if there is any. Raises the errors of decode_photo().
+/// Decodes a photo and the depth map from a second file. Assumes that white is near in the map
+/// (photo_depth::is_white_near_a_guess). If the map can't be used, decodes the depth inside the photo's file instead, if there
+/// is any. Raises the errors of decode_photo().
 photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_bytes, std::span<const std::byte> map_bytes,
                                        const photo_options& options = {}, const std::string& where = "photo",
                                        const std::string& map_where = "depth map");
 
-/// Composites decoded pixels, for example from a browser, on white. Adds the focal length and the depth inside their file. Raises
-/// invalid_data and unsupported if `bytes` is a JPEG, PNG, GIF or BMP file with an invalid or unsupported header.
+/// Composites decoded pixels, for example from a browser, on white. Adds the depth inside their file, and the focal length if the
+/// file is a JPEG, PNG, GIF or BMP. Raises invalid_data and unsupported if such a file has an invalid or unsupported header.
 ///
 /// pixels  H x W x 4, upright: red, green, blue, opacity
 /// bytes   file from which the pixels were decoded
@@ -124,7 +125,8 @@ inline double correlation_of(const image<float>& a, const image<float>& b) {
     return result.value();
 }
 
-/// Calls `read` for the depth of a photo. If it raises an error, stores the text in result.refused instead.
+/// Calls `read` for the depth of a photo, and checks that the depth fits the photo and has a valid pixel. After an error other
+/// than out_of_memory, stores the text of the error in result.refused, and no depth.
 template <class Read>
 void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
     try {
@@ -223,8 +225,8 @@ photo_with_depth decode_photo_with(ReadMap&& read_map, std::span<const std::byte
     return result;
 }
 
-/// Returns the memory in bytes for the halves of a picture: the left half as colors, the right half as floats, and the same
-/// amount as these floats for fill_invalid().
+/// Returns the memory in bytes for splitting a picture into halves: the left half as colors, the right half as floats, and 4 more
+/// bytes per pixel of the right half for fill_invalid().
 inline double memory_of_halves(std::size_t height, std::size_t width) {
     return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }

@@ -15,10 +15,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct picture_limits {
     /// Maximum number of pixels; a larger picture is rejected before it is decoded.
     std::size_t max_pixels = 200'000'000;
-    /// Maximum memory in bytes for decoding a file; max_memory_per_byte adds to it. Decoding needs about 6 bytes per pixel, and
-    /// 24 for AVIF with more than 8 bits per sample.
+    /// Maximum memory in bytes for decoding a file; max_memory_per_byte adds to it. Decoding needs 4 to 24 bytes per pixel,
+    /// for example 6 for a baseline color JPEG, and 24 for AVIF with more than 8 bits per sample.
     std::size_t max_memory = 600'000'000;
-    /// Additional memory per byte of the file, for large photos: a file of 200 megapixels has tens of megabytes.
+    /// Additional memory per byte of the file, for large photos: the file of a 200-megapixel photo is tens of megabytes long.
     std::size_t max_memory_per_byte = 40;
     /// Maximum number of samples that all scans together may process; a billion samples take one to four seconds. A progressive
     /// JPEG file codes each channel in several scans, about ten in total. A HEIC file may use one tile many times.

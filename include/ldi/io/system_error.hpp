@@ -16,7 +16,7 @@ inline std::string system_reason(int error_number) {
     return error_number == 0 ? std::string("an input or output error") : std::generic_category().message(error_number);
 }
 
-/// Whether the same call may succeed later with the same arguments, for example after the disk was full.
+/// Whether the same call may succeed later with the same arguments, for example once a full disk has space again.
 inline bool may_succeed_later(int error_number) {
     switch (error_number) {
         case ENOSPC:

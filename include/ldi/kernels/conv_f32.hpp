@@ -61,7 +61,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     return packed;
 }
 
-/// Computes result = activation(sum of weight * input * ratio + bias).
+/// Computes result = activation((sum of weight * input) * ratio + bias).
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values

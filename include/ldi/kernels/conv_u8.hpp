@@ -79,7 +79,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). If results are bytes, also adds
+/// Computes result = activation((sum of weight * (input - zero point)) * (scale * ratio) + bias). If results are bytes, also adds
 /// their zero point, rounds half to even, and clamps.
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values

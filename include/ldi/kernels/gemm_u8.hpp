@@ -37,8 +37,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 /// Packs weights for gemm_u8().
 ///
 /// target             requested instruction set. If its kernel is not exact for this layer, the function packs for a slower set;
-///                    the result's `target` names the set that was used. VNNI and NEON are not exact for weights beyond 8 signed
-///                    bits, x86 for a requantization without a float form
+///                    the result's `target` names the set that was used. VNNI and NEON kernels are not exact if the weights do
+///                    not fit in signed bytes, even negated. x86 kernels are not exact if the requantization has no float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7

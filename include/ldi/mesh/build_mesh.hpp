@@ -83,7 +83,7 @@ inline void check_facts(const photo_facts& facts) {
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    /// hems  one per entry of flat_mesh::open_corners
+    /// hems  result of hem_finder::find(): one per entry of flat_mesh::open_corners
     mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
@@ -194,7 +194,7 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies it afterward, so that charts meet exactly, even if the compiler changes float
+    /// Lifts each corner once and copies its position afterward, so that charts meet exactly, even if the compiler changes float
     /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];

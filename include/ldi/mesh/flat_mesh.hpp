@@ -135,7 +135,7 @@ public:
     }
 
 private:
-    /// Requests a split of both edges for each crossing that is found.
+    /// Requests splits of the edges that take part in a crossing.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;

@@ -80,7 +80,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                       "), for pixel " + std::to_string(mesh.pixels[v]) + " at (" + std::to_string(g.x()[mesh.pixels[v]]) + ", " +
                       std::to_string(g.y()[mesh.pixels[v]]) + ")");
         std::array<scalar, 4 * Column::channels> values{};
-        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
+        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // count is at most 4; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
         const auto at_vertex = vertex_values<Column>({{values.data(), around.count * Column::channels}});
         std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);

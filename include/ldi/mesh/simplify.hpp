@@ -29,7 +29,7 @@ struct simplify_options {
     float texture_tolerance = 0.5F;
 };
 
-/// An edge of the simplified boundary: from the kept corner number `index` of a piece to the next kept corner.
+/// An edge of the simplified boundary: from the kept corner with index `index` of a piece to the next kept corner.
 struct boundary_edge {
     std::int32_t piece, index;
     friend bool operator<(const boundary_edge& a, const boundary_edge& b) {

@@ -38,16 +38,16 @@ class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
-    /// weights  for each stage I `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser level,
-    ///          followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
+    /// weights  for each stage I, `encoder.I.weight` (outputs x inputs x k x k) and `encoder.I.bias`, with batch normalization
+    ///          folded in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser
+    ///          level, followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
     ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
-    ///          before quantization. examples/training/farbrausch/export.py measures them
+    ///          before quantization, which examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
-    /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
-    /// weights that are not finite; unsupported for an architecture out of bounds.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape.
+    /// Raises invalid_data for weights that are not finite, and unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 

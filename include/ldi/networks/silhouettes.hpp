@@ -37,11 +37,11 @@ public:
 
     /// Checks and packs the weights.
     ///
-    /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
-    ///          `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
+    /// weights  for each layer, `NAME.weight` (outputs x inputs x 3 x 3) and `NAME.bias`, with batch normalization folded in.
+    ///          Also `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
-    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 

@@ -54,8 +54,8 @@ public:
     /// sizes   input sizes of disparity()
     ///
     /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
-    /// size, both sizes are multiples of 32, at most 4096, and sizes.details is positive. Raises unsupported if the scale of
-    /// the network's output exceeds 0.25.
+    /// height and width. Also raises mismatch unless sizes.details and sizes.layout are multiples of 32 and at most 4096, and
+    /// sizes.details is positive. Raises unsupported if the scale of the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {

@@ -1,5 +1,6 @@
 // Reads the headers of GIF and BMP files before stb_image decodes them. Checks that the files are complete, because stb_image
-// does not. Also counts the pixels that the codes of a GIF file produce, because they determine stb_image's decoding time.
+// does not. Also counts the pixels that the codes of a GIF file produce, because their number determines
+// stb_image's decoding time.
 #pragma once
 
 #include <ldi/base/error.hpp>

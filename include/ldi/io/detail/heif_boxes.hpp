@@ -1,6 +1,6 @@
-// Reads the boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that list its items, the bytes of each item, and the items
-// from which each item is derived. libheif 1.15 follows these references without limits, so detail/heif_items.hpp first rejects
-// cyclic and deeply nested references.
+// Reads the boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that state which items the file has, where the bytes of
+// each item are, and from which other items each item is derived. libheif 1.15 follows references between items without limits,
+// so detail/heif_items.hpp first rejects cyclic and deeply nested references.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -97,7 +97,8 @@ private:
 
     /// Calls visit(type, body) for each box.
     ///
-    /// is_whole_file  `all` is the whole file: ignores everything from the first damaged box on, as libheif does
+    /// is_whole_file  whether `all` is the whole file; if so, ignores everything from the first damaged box on, as libheif
+    ///                does
     template <class Visit>
     void for_each_box(std::span<const std::byte> all, Visit&& visit, bool is_whole_file = false) {
         while (all.size() >= 8) {

@@ -59,7 +59,7 @@ private:
     /// Cost of decoding an item.
     struct cost {
         double width = 0, height = 0, memory = 0;
-        double pixels = 0;        ///< number of pixels of all pictures; a pixel counts once per decoding, rotation and crop
+        double pixels = 0;        ///< of all pictures; a pixel counts once per decoding, rotation, mirroring and crop
         double pictures = 0;      ///< number of decoded pictures, with repetitions
         double per_pixel = 0;     ///< memory in bytes
         bool is_foreign = false;  ///< the codec is neither HEVC nor AV1

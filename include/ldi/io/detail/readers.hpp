@@ -2,8 +2,8 @@
 // LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, which describes the depth in
 // photos of phones), LDI_WITH_LIBJPEG (writes JPEG faster).
 //
-// Functions that depend on these libraries are in the inline namespace LDI_READERS, whose name lists the libraries, so that the
-// linker never merges different versions of a function.
+// A function whose code depends on which libraries were found is in the inline namespace LDI_READERS. The name of this namespace
+// lists the libraries, so that the linker never merges different versions of the function.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -28,7 +28,7 @@ enum class depth_coding {
 struct depth_meaning {
     depth_coding coding = depth_coding::disparity;
     double first = 0, last = 1;
-    double unit = 0;  ///< in meters; 0 if unknown: distances are then known up to a factor
+    double unit = 0;  ///< meters per unit of distance; 0 if unknown, so that distances are known only up to a factor
 };
 
 /// Decodes a gray picture to values from 0 to 1. Raises the errors of decode_depth_map().

@@ -14,8 +14,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Maximum size of an ICC profile in bytes; longer profiles are ignored. Profiles of cameras and screens have a few kilobytes.
-/// Profiles of scanners have about half a megabyte.
+/// Maximum size of an ICC profile in bytes; longer profiles are ignored. Camera and screen profiles take a few kilobytes.
+/// Scanner profiles take about half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 
 /// Color space of samples. It is sRGB if `icc` is empty and `primaries` is 0.

@@ -51,7 +51,7 @@ private:
 struct integer_adder {
     static constexpr std::size_t width = 16;
     v128_t bias, a_multiplier, b_multiplier, zero_point;
-    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),

@@ -58,7 +58,7 @@ struct depthwise_source {
 
 }  // namespace detail
 
-/// One instruction set's kernel: a row of `depthwise_u8_kernels`. The width is at least 1.
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`. In run(), `width` is at least 1.
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.

@@ -91,7 +91,8 @@ struct depthwise_rows {
     std::uint8_t padding;
 };
 
-/// Fills `count` slots with enlarged columns, starting at `first` - 1. At most one column on each side is outside the image.
+/// Fills `count` slots with columns of the enlarged rows, starting at column `first` - 1. At most one column on each side is
+/// outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {

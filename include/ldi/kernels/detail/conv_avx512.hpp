@@ -5,9 +5,15 @@
 // the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
 // (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, they
-// increase the median time of 9 runs of conv_f32 (conv_u8) by 31 % (15 %) for 3 x 3 convolutions from 16 to 16 channels, by 33 %
-// (18 %) for 3 x 3 from 24 to 3, and by 41 % (6 %) for 1 x 1 from 5 to 8. From 32 to 32 channels, times are within 5 %.
+// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
+// on Zen 5, median of 9 runs:
+//
+//                               conv_f32   conv_u8
+//     3 x 3, 16 to 16 channels      31 %      15 %
+//     3 x 3, 24 to 3 channels       33 %      18 %
+//     1 x 1, 5 to 8 channels        41 %       6 %
+//
+// From 32 to 32 channels, the times differ by at most 5 %.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>

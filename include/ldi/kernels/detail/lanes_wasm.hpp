@@ -27,8 +27,8 @@ inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
 /// Applies an unfused_requantization to vectors.
 ///
-/// positive  whether to add the offset unchanged to all values, instead of with each value's sign. Requires a zero point of 0:
-///           negative values then clamp to 0 in either case
+/// positive  whether to add the same offset to all values, instead of an offset with the sign of each value. Requires a zero
+///           point of 0, for which negative values clamp to 0 in either case
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;

@@ -21,8 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
-/// are the sum of one or more terms.
+/// A term of a group. A group has the weights of four inputs for all outputs of a panel, and is the sum of one or more terms. The
+/// weights of a term are so small that they cannot saturate a 16-bit sum.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 

@@ -35,7 +35,8 @@ struct gemm_u8_weights {
     /// unfused_requantization, or a scale of 0 if none is exact; the kernel then uses `output`. Scalar and NEON do not use it.
     float_requantization fast;
 
-    /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
+    /// Whether the lanes of AVX2, AVX-512 and WebAssembly contain inputs instead of outputs: for a single output with enough
+    /// inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 

@@ -16,8 +16,8 @@ class crossing_finder {
 public:
     /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
     /// of both. overlap(v, w): v and w lie at one point, and the interiors at both vertices overlap. spike(v): the outline
-    /// doubles back at v, or has an edge of length 0 there. Two edges may coincide in opposite directions, as along a slit. May
-    /// report a fault more than once.
+    /// doubles back at v, or has an edge of length 0 there. Two edges that coincide in opposite directions, as along a slit, are
+    /// not a fault. A fault may be reported more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -34,8 +34,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that no two of the
-    /// remaining edges meet.
+    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that there are
+    /// no faults between the other edges.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);

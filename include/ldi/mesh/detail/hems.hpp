@@ -1,7 +1,7 @@
-// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at a hidden surface
-// of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp), and at the photo's surface if it reaches the
-// free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different depths. Without a
-// hem, a moving camera would see a gap between them.
+// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at another hidden
+// surface of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp). At the free end of a silhouette
+// (core/trace_curves.hpp), it ends at the photo's surface. The outlines of the two surfaces are simplified independently and lie
+// at different depths. Without a hem, a moving camera would see a gap between them.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

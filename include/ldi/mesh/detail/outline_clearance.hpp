@@ -23,7 +23,8 @@ public:
     /// Whether the chart ends above any pixel of the row within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
-    /// Whether all rows within the clearance belong to the chart, from the row of `pixel` toward side `s` (0 up, 2 down).
+    /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
+    /// down). Each row extends by the clearance to the left and right of the pixel's left side.
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;

@@ -1,7 +1,7 @@
 // Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
 // of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
-// continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
-// (inpaint/mixed_colors.hpp computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered
+// continues the surface. Where the photo's foreground colors extend farther, as with hair, the matte
+// (inpaint/mixed_colors.hpp) makes the strip wider. Zitnick et al., High-Quality Video View Interpolation Using a Layered
 // Representation (SIGGRAPH 2004), blend such strips.
 #pragma once
 
@@ -144,7 +144,7 @@ private:
         return sum;
     }
 
-    /// Computes the offset from each corner of the edge to the outer end of the strip.
+    /// Computes the offset from each corner of the piece to the outer end of the strip.
     void find_rims() {
         rims_.assign(corners_.size(), plane_vector{});
         const std::int32_t last = edge_count();
@@ -173,8 +173,8 @@ private:
         }
     }
 
-    /// Returns the vertices of a corner on the edge and at the outer end of the strip. They are equal where the strip tapers
-    /// off.
+    /// Returns the two vertices of a corner: at the edge of the mesh and at the outer end of the strip. They are equal where the
+    /// strip tapers off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];

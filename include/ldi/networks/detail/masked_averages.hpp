@@ -46,9 +46,9 @@ inline masked_color average_of(masked_color sum) noexcept {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. Averages the known colors among the colors
-/// `value(pixel)` of the window's pixels. Adds up every window column by column, in segments and irregular windows alike, so
-/// results do not depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. `value(pixel)` returns the color of a pixel; the
+/// average covers the known colors of the window. Adds up every window column by column, in segments and irregular windows
+/// alike, so results do not depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size() == 3);

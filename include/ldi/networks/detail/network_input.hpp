@@ -16,7 +16,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< per row: 0 if the input color, or the layer's whole window, is unknown, else 1; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row: 0 for an unknown color or a window without known values, else 1; empty: all 1
 
     /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {

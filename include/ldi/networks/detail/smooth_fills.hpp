@@ -179,9 +179,9 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Finally, colors the pixels that have no color on this or a coarser level. Such pixels exist where few links connect a
-    /// surface to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels,
-    /// one link per pass: each pixel becomes the average of its colored neighbors.
+    /// Then colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where few links
+    /// connect a surface to the rest, because these links may be missing on coarser levels. Colors spread along links from
+    /// colored pixels, one link per pass: each pixel becomes the average of its colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
@@ -201,8 +201,8 @@ private:
         return twice;
     }
 
-    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
-    /// otherwise, colors would depend on which pixels it reads.
+    /// Colors each pixel that has a color neither on this level nor on a coarser one. Includes pixels that the network does not
+    /// read; otherwise, colors would depend on which pixels the network reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)

@@ -98,7 +98,7 @@ public:
     ///
     /// input     H x W x input_channels(), in input_quantization()
     /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
-    ///           exception from it ends the run
+    ///           exception from the callback ends the run
     /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
@@ -239,7 +239,7 @@ private:
             // copied rows around the start of the strip
             std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }
 
-            /// Copies the rows around each cut, because one strip overwrites them while its neighbor still needs them.
+            /// Copies the rows around each cut between two strips, because one strip overwrites rows that the other still needs.
             void save_cuts() const {
                 const std::size_t row_bytes = step.chain.front().input_row_bytes();
                 for (std::size_t strip = 1; strip < strips; ++strip)
@@ -263,7 +263,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that the copies of two cuts do not overlap
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that no row is copied for two cuts
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};

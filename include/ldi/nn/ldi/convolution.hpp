@@ -67,8 +67,9 @@ struct quantized_source {
 };
 
 /// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
-/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch if the sources
-/// have another number of channels in total, and unsupported if a scale or a bias is not finite in units of result.scale.
+/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
+/// channels of all sources add up to the inputs of the weights. Raises unsupported if the scale or the bias of an output is not
+/// finite in units of result.scale.
 ///
 /// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
 ///          basic_feature_view::zero of the source

@@ -44,7 +44,7 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
-    /// Raises mismatch for a plan of another kernel size, and for maps with a wrong number of pixels or channels.
+    /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be

@@ -180,7 +180,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
@@ -191,8 +191,8 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// kernel_size  odd, 1 to max_kernel_size
 /// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels,
-/// another lattice size, or other kept pixels in a run that becomes a segment.
+/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
+/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));

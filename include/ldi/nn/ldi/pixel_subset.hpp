@@ -93,8 +93,8 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 ///
-/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels or lacks an
-/// output.
+/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with a different number of pixels or lacks an
+/// output of the plan.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
     detail::check_graph_of(outputs, parts.output_count);

@@ -56,7 +56,7 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const level_
 /// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
@@ -72,7 +72,7 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
 /// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     return detail::pool<Value>(

@@ -106,7 +106,7 @@ private:
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
@@ -116,7 +116,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();

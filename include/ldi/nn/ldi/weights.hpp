@@ -31,7 +31,7 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, with the name of the tensor, if it is missing or has another type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);

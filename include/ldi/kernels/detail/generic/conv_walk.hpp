@@ -3,7 +3,7 @@
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.

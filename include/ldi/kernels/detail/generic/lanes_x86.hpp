@@ -25,7 +25,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),

@@ -28,7 +28,7 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
+    tensor_size input, output;  ///< sizes of the stored input, before `repeat` enlarges it, and of the result
     std::size_t input_channels = 0;
     std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
@@ -66,7 +66,7 @@ struct chain_stage {
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
-    /// Bytes of input rows copied with padding on both sides, which all dense convolutions except pointwise ones read.
+    /// Bytes of the stage's padded copies of input rows. Dense convolutions other than pointwise ones read these copies.
     std::size_t padded_bytes() const {
         const auto* d = std::get_if<dense_layer>(&layer->kind);
         return d == nullptr || d->is_pointwise() ? 0 : d->kernel * padded_row_bytes();

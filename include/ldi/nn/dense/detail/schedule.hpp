@@ -112,7 +112,7 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
-    bool overwrites_input = false;  ///< the result replaces the input in memory
+    bool overwrites_input = false;  ///< the result of a chain of several layers replaces the chain's input in memory
     std::size_t reach = 0;          ///< number of input rows on each side that a result row depends on; 0 unless overwrites_input
 };
 
@@ -152,7 +152,8 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`. The chain ends with an addition, which is the last reader of `tensor`.
+/// Sets `overwrites_input` and `reach` if the chain has several layers and `tensor` is its input. The chain ends with an
+/// addition, which is the last reader of `tensor` and overwrites it.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;

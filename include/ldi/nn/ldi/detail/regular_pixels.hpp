@@ -31,8 +31,8 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be another
-    /// object.
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
+    /// different object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
