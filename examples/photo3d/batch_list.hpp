@@ -47,7 +47,7 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
                                                                     {"report", &names.report}};
     if (!value.is_object()) {
         if (!value.is_string())
-            raise(error_code::invalid_data, where, "an object or a text in JSON", "\"" + line.substr(0, shown) + "\"");
+            raise(error_code::invalid_data, where, "a JSON object or string", "\"" + line.substr(0, shown) + "\"");
         read(names.photo, value, "photo");
         return names;
     }
@@ -55,7 +55,8 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
         const auto* const found =
             std::find_if(std::begin(known), std::end(known), [&key = key](const auto& pair) { return key == pair.first; });
         if (found == std::end(known))
-            raise(error_code::invalid_data, where, "photo, depth, output, html or report", "\"" + key.substr(0, shown) + "\"");
+            raise(error_code::invalid_data, where, "a member named photo, depth, output, html or report",
+                  "\"" + key.substr(0, shown) + "\"");
         read(*found->second, text, key);
     }
     if (names.photo.empty()) raise(error_code::invalid_data, where, "a \"photo\"", "none");

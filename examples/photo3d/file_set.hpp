@@ -84,7 +84,7 @@ private:
     void take_back(const entry& e);
     void remove_temporaries();
     void refuse_if_discarded() const {
-        if (is_discarded_) raise(error_code::canceled, "file_set", "to write files", "a request to stop");
+        if (is_discarded_) raise(error_code::canceled, "file_set", "completion", "a request to stop");
     }
     std::mutex mutex_;
     std::map<std::string, std::filesystem::path> taken_;  // by identities() of the files

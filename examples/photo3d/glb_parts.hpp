@@ -32,7 +32,7 @@ public:
     explicit glb_reader(std::span<const std::byte> file) {
         const auto number = [&](std::size_t at) {
             std::uint32_t value = 0;
-            if (file.size() < at + 4) raise_other_glb("one cut off");
+            if (file.size() < at + 4) raise_other_glb("a truncated file");
             for (std::size_t k = 0; k < 4; ++k) value |= std::to_integer<std::uint32_t>(file[at + k]) << (8 * k);
             return std::size_t{value};
         };
@@ -40,7 +40,7 @@ public:
             raise_other_glb(describe_format(file));
         const std::size_t json_bytes = number(12), binary = 20 + json_bytes;
         const std::size_t binary_bytes = number(binary);
-        if (file.size() < binary + 8 + binary_bytes) raise_other_glb("one cut off");
+        if (file.size() < binary + 8 + binary_bytes) raise_other_glb("a truncated file");
         const char* const text = reinterpret_cast<const char*>(file.data() + 20);
         content = glb_json::parse(text, text + json_bytes);
         binary_ = file.subspan(binary + 8, binary_bytes);

@@ -85,7 +85,7 @@ private:
         }
     }
     float to_number(const char* name, const nlohmann::json& value) const {
-        if (!value.is_number()) fail(quoted(name) + " of numbers", kind_of(value));
+        if (!value.is_number()) fail("a number in " + quoted(name), kind_of(value));
         const double number = value.get<double>();
         if (!(std::abs(number) <= 1e6)) fail(quoted(name) + " between -1000000 and 1000000", value.dump());
         return static_cast<float>(number);

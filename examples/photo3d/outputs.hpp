@@ -112,8 +112,7 @@ public:
         std::filesystem::path there = std::filesystem::absolute(folder).lexically_normal();
         while (!std::filesystem::exists(there, ignored) && there.has_relative_path()) there = there.parent_path();
         if (!std::filesystem::is_directory(there, ignored))
-            raise(error_code::file_access, folder.string(), "a path without files among its folders",
-                  "the file " + there.string());
+            raise(error_code::file_access, folder.string(), "a path that consists of folders", "the file " + there.string());
         if (const int denied = check_writable(there); denied != 0)
             raise(error_code::file_access, folder.string(), "a writable place", there.string() + ": " + system_reason(denied));
     }

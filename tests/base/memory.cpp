@@ -129,7 +129,7 @@ TEST_CASE("a buffer allocates from the current memory scope, and frees its memor
     CHECK((inner.blocks == 0 && inner.bytes == 0));
 }
 
-TEST_CASE("a buffer whose first allocation fails takes its memory from the allocator that is current at the next one") {
+TEST_CASE("if a buffer's first allocation fails, the next one uses the memory scope that is current then") {
     testing::counted_memory later;
     buffer<int> values;
     {

@@ -199,7 +199,7 @@ TEST_CASE("charts of real photos satisfy the paper's three constraints") {
     }
 }
 
-TEST_CASE("constraint 3 keeps charts from mixing surfaces at a depth step that fades out") {
+TEST_CASE("the paper's third constraint keeps charts from mixing surfaces at a depth step that fades out") {
     image<float> map(120, 120);
     for (std::size_t y = 0; y < 120; ++y)
         for (std::size_t x = 0; x < 120; ++x)

@@ -345,7 +345,7 @@ static_assert(!can_change_map<level_map>);
 static_assert(!std::is_constructible_v<level_map, graph_view, buffer<std::int32_t>, buffer<std::int32_t>>);
 static_assert(!std::is_aggregate_v<level_map>);
 
-TEST_CASE("the values of a moved level map outlive it, and the map is then empty") {
+TEST_CASE("a moved-from level map is empty, and values taken from a temporary map stay valid") {
     level_map map = coarsen(make_grid(5, 4)).map;
     CHECK((map.width() == 5 && map.height() == 4 && map.kept().size() == 6 && map.parent().size() == 20));
     const level_map copy = map;

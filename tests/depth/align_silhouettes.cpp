@@ -100,7 +100,7 @@ TEST_CASE("alignment keeps thin objects, and the depth of a third surface beside
         for (std::size_t x = 53; x < 55; ++x) REQUIRE(s.given(y, x) == 0.5F);
 }
 
-TEST_CASE("a pixel that a moving curve passes over joins the surface farther from its disparity, but third surfaces stay") {
+TEST_CASE("a pixel that a moving curve passes over joins the curve's other surface, unless it belongs to a third surface") {
     for (const auto& [own, changed] : {std::pair{0.85F, 0.2F}, {0.55F, 0.2F}, {0.45F, 0.8F}, {0.15F, 0.8F}, {1.5F, 1.5F}}) {
         ldi::image<float> before(1, 3);
         before(0, 0) = 0.8F, before(0, 1) = 0.2F, before(0, 2) = own;

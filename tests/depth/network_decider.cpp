@@ -110,7 +110,7 @@ TEST_CASE("both surfaces continue their slope up to the edge, and no value remai
     }
 }
 
-TEST_CASE("mirroring a coarse map mirrors what the network reads of it") {
+TEST_CASE("a mirrored coarse map gives the network a mirrored input") {
     for (const auto& [samples, pixels] : {std::pair<std::size_t, std::size_t>{1, 7}, {2, 4}, {5, 5}, {6, 40}, {40, 31}}) {
         const buffer<detail::bilinear_place> places = detail::bilinear_places(samples, pixels);
         const auto position = [&](std::size_t pixel) { return static_cast<float>(places[pixel].first) + places[pixel].share; };

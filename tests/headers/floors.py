@@ -67,7 +67,7 @@ for header in sorted(include.rglob("*.hpp")):
 
 
 def code_of(header):
-    """Returns a header without comments and texts."""
+    """Returns a header without comments and string literals."""
     return re.sub(r'"(\\.|[^"\\\n])*"|//[^\n]*', '""', header.read_text(encoding="utf-8"))
 
 
@@ -92,7 +92,7 @@ def names_in(detail):
 
 
 def uses(code, name):
-    """Whether code uses a name of namespace detail. Without "detail::", single words count as names of variables."""
+    """Whether code uses a name of namespace detail. A single word without "detail::" does not count: it may name a variable."""
     if re.search(rf"\bdetail::{name}\b", code):
         return True
     is_variable = re.search(rf"\b(?!return\b)[\w>]+[&*]* [&*]?{name}\b\W|[&*] {name}\b", code)

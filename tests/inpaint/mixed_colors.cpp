@@ -191,7 +191,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("if a pixel is half foreground, cleaning keeps half of its foreground color's deviation from the nearby colors") {
+TEST_CASE("if a pixel is half foreground, cleaning halves the deviation of its foreground color from the nearby colors") {
     // Beside the silhouette, the foreground is brighter by 40 in blue, which no mixture explains.
     ldi::image<float> disparity(30, 40);
     ldi::image<std::uint8_t> photo(30, 40, 3, std::uint8_t{100});

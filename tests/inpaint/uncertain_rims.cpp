@@ -50,7 +50,7 @@ TEST_CASE("mark_uncertain_rims() makes exactly the background's rims unknown") {
     }
 }
 
-TEST_CASE("restore_rims() refuses rims of other layers and changes nothing") {
+TEST_CASE("restore_rims() refuses rims of a different image, and changes nothing") {
     layer_with_rims layer = fuzzy_scene(0);
     const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 3);
     paint_unknown(layer, 30, 190);

@@ -189,8 +189,7 @@ TEST_CASE("HEIC items that refer to the same bytes count once per reference towa
 
 #if defined(LDI_WITH_LIBTIFF)
 
-TEST_CASE(
-    "TIFF entries that refer to the same bytes count once per reference toward the memory limit, and tiles at their full size") {
+TEST_CASE("TIFF entries that share bytes count once per reference toward the memory limit, and tiles count at their full size") {
     using entry = std::array<std::uint32_t, 4>;
     const auto tiff = [](const std::vector<entry>& entries, std::size_t size) {
         byte_string file = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));

@@ -151,7 +151,7 @@ TEST_CASE("the EXIF orientation rotates the depth map with its photo") {
     CHECK(found.depth->disparity(0, 11, 0) == Approx(1 / (1 + stored(0, 0, 0) / 255.0)));  // the top left pixel is now top right
 }
 
-TEST_CASE("pixels of another decoder are composited on white and get the focal length and the depth of their file") {
+TEST_CASE("pixels that another decoder returned are composited on white, and get the focal length and depth of their file") {
     image<std::uint8_t> pixels(24, 40, 4, 255);
     pixels(5, 6, 0) = 55, pixels(5, 6, 3) = 0;
     pixels(7, 8, 1) = 55, pixels(7, 8, 3) = 51;  // opacity 0.2

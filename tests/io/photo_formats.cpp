@@ -93,7 +93,7 @@ TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, an
     }
 }
 
-TEST_CASE("a photo refused by libheif raises an error of one line, with a hint for old versions") {
+TEST_CASE("a photo refused by libheif raises an error of one line, with a hint if libheif is old") {
     // A picture without its decoder's configuration.
     const byte_string file =
         item_file({.items = {{1, "hvc1", {{0, 4}}}}, .properties = {size_box(64, 64)}, .uses = {{1, {1}}}}, byte_string(4));

@@ -84,7 +84,7 @@ TEST_CASE("the triangulation stays valid after flipping with coordinates beyond 
     ldi::testing::require_triangulation(p, t);
 }
 
-TEST_CASE("flipping points that are four times as far apart, up to 2^16, returns the same triangles") {
+TEST_CASE("flipping returns the same triangles if all coordinates are four times as large, up to 2^16") {
     ldi::triangulator triangulate;
     ldi::buffer<std::int32_t> stack;
     const auto triangles_of_square = [&](std::int32_t scale, std::uint32_t seed) {

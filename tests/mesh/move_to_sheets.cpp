@@ -139,7 +139,7 @@ TEST_CASE("seen from the photo's viewpoint at full size, a 3D photo on sheets is
     }
 }
 
-TEST_CASE("a layout of other charts and a mesh that is already on sheets are refused") {
+TEST_CASE("a layout of different charts and a mesh that is already on sheets are refused") {
     const full_size_scene s = make_scene("rods", 60, 80, 512);
     const photo3d& made = s.made;
     sheet_layout other = s.layout;

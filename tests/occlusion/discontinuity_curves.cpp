@@ -180,8 +180,7 @@ TEST_CASE("a short curve between two junctions of long curves is kept") {
           1);
 }
 
-TEST_CASE(
-    "with too many silhouettes, the longest curves that fit remain, none below the minimum, and dropped sides are counted") {
+TEST_CASE("if curves have more sides than the maximum, only the longest curves that fit remain, and dropped sides are counted") {
     ldi::image<float> map(60, 100, 1, 0.1F);
     for (std::size_t size = 1; size <= 10; ++size)
         for (std::size_t i = 0; i < size * size; ++i)

@@ -37,7 +37,7 @@ TEST_CASE("lifting links neighbors exactly where disparity differs by at most th
     }
 }
 
-TEST_CASE("an empty photo, a disparity map of another shape, a camera of another size and a negative threshold are refused") {
+TEST_CASE("an empty photo, a mismatched disparity map, a mismatched camera and a negative threshold are refused") {
     const auto photo = ldi::image<std::uint8_t>(4, 5, 3, std::uint8_t{0});
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(5, 4, 1, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(4, 5, 2, 0.0F)), ldi::error);

@@ -220,7 +220,7 @@ TEST_CASE("growing past the frame is refused for a motion below 0 and for more p
     CHECK(grow_past_frame(none, photo_facts()) == 0);
 }
 
-TEST_CASE("growing past the frame is refused for a second time, and for a photo of another size") {
+TEST_CASE("growing past the frame is refused for layers that have already grown, and for a photo of a different size") {
     const image<float> map(30, 40, 1, 0.5F);
     photo_layers layers = testing::lifted_layers(map);
     photo_facts facts = testing::facts_of(layers.topology());

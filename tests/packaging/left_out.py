@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that CMake leaves out each part with a missing package, prints one line with the package's name, and stops with LDI_REQUIRED.
+"""Checks that CMake leaves out each part with a missing package and prints one line with the package's name, and that it stops instead if
+LDI_REQUIRED is set.
 
     left_out.py FOLDER COMPILER
 """

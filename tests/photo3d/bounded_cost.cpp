@@ -92,8 +92,8 @@ TEST_CASE("on difficult depth maps, silhouettes, hidden pixels, charts and the m
 }
 
 TEST_CASE(
-    "a 3D photo reports exceeded limits: noise exceeds that of silhouettes, stairs that of hidden surfaces, and a ramp "
-    "neither") {
+    "a 3D photo reports exceeded limits: noise exceeds the limit on silhouettes, stairs exceed the limit on hidden surfaces, and "
+    "a ramp exceeds neither") {
     constexpr double motion = double{ldi::expand_options().motion};
     const cost noise = cost_of("noise", 128, 128, 1), stairs = cost_of("stairs", 256, 256, 2),
                ramp = cost_of("ramp", 128, 128, 1);
@@ -103,7 +103,7 @@ TEST_CASE(
     CHECK(ramp.motion == motion);
 }
 
-TEST_CASE("on a photo with four times the pixels, peak and total memory per pixel of the result grow by less than 25 %") {
+TEST_CASE("on a photo with four times the pixels, peak and total memory per pixel of all layers grow by less than 25 %") {
     for (const std::string_view name : {"ramp", "checkerboard", "spiral", "stairs", "noise"})
         for (const auto& [columns, unit] : {map_sizes[0], map_sizes[2], map_sizes[3]}) {
             CAPTURE(name, columns, unit);

@@ -173,7 +173,7 @@ def bad_photos():
             ("stages in a batch", ["--batch", "photos", "--stages", "s"], "--stages"),
             ("a video in a batch", ["--batch", "photos", "--video", "v.mp4"], "--video"),
             ("standard output in a batch", ["--batch", "photos", "-o", "-"], "folder"),
-            ("a memory limit that is no size", ["--batch", "photos", "--memory", "much"], "--memory"),
+            ("a memory limit that is not a size", ["--batch", "photos", "--memory", "much"], "--memory"),
         ):
             result = f.run(*arguments, "--depth", "depth")
             check(f"{name}: {result.returncode}", result.returncode == USAGE and words in result.stderr.decode() and not result.stdout, result.stderr)
@@ -371,7 +371,7 @@ def kills():
         f.batch(*command)
         duration = time.monotonic() - begin
         expected = {name: f.read(f"out/{name}") for name in f.list("out")}
-        check("all files", len(expected) == 32 and all(is_whole_glb(data) for name, data in expected.items() if name.endswith(".glb")))
+        check("a batch writes all files", len(expected) == 32 and all(is_whole_glb(data) for name, data in expected.items() if name.endswith(".glb")))
         early = 0
         for i in range(KILLS):
             shutil.rmtree(f / "out")

@@ -127,8 +127,8 @@ def first_words():
 def names():
     with folder_of_files() as f:
         result = expect("a photo alone", f, ["me.png", "--viewer", "viewer.html"], DONE, made=["me.glb", "me.html"])
-        check("a photo alone: whole", is_whole_glb(f.read("me.glb")) and b"model/gltf-binary" in f.read("me.html"))
-        expect("the same again", f, ["me.png", "--viewer", "viewer.html"], DONE, made=["me.glb", "me.html"])
+        check("a photo alone: GLB and page are complete", is_whole_glb(f.read("me.glb")) and b"model/gltf-binary" in f.read("me.html"))
+        expect("the same command again", f, ["me.png", "--viewer", "viewer.html"], DONE, made=["me.glb", "me.html"])
         f.write("me.html", b"another's page")
         expect("an existing page that the program did not write", f, ["me.png", "--viewer", "viewer.html"], USAGE, ["me.html", "--html"])
     with folder_of_files() as f:
@@ -156,8 +156,8 @@ def names():
             ("an empty silhouette model", ["me.png", "--silhouette-model", ""], ["--silhouette-model: expected a name"]),
             ("text glTF", ["me.png", "-o", "a.gltf"], ["a.gltf", ".glb"]),
             ("a field of view out of range", ["me.png", "--fov", "4.5"], ["--fov", "5 to 150"]),
-            ("a field of view that is no number", ["me.png", "--fov", "nan"], ["--fov"]),
-            ("another kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
+            ("a field of view that is not a number", ["me.png", "--fov", "nan"], ["--fov"]),
+            ("an unsupported kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
             ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
             ("no photo", [], ["PHOTO: expected at least one, found none", "usage: photo3d"]),
             ("two photos", ["me.png", "depth.png"], ["PHOTO: expected one photo, found 2", "--batch"]),
@@ -170,7 +170,7 @@ def names():
             ("a fraction for a whole number", ["me.png", "--quality", "85.5"], ["--quality: expected a whole number, 1 to 100, found 85.5"]),
             ("a fraction of a pixel", ["me.png", "--size", "100.5"], ["--size: expected full or a whole number, 16 to 16384, found 100.5"]),
             ("a number of threads that is too large", ["me.png", "--threads", "1025"], ["--threads: expected a whole number, 0 to 1024, found 1025"]),
-            ("a scale that is no number", ["me.png", "--depth-scale", "abc"], ["--depth-scale: expected a positive number, found abc"]),
+            ("a scale that is not a number", ["me.png", "--depth-scale", "abc"], ["--depth-scale: expected a positive number, found abc"]),
             ("a scale of 0", ["me.png", "--depth-scale", "0"], ["--depth-scale: expected a positive number, found 0"]),
             ("a scale that is not finite", ["me.png", "--depth-scale", "inf"], ["--depth-scale: expected a positive number, found inf"]),
             *((f"a memory limit of {size}", ["--batch", "me.png", f"--memory={size}"], [f"--memory: expected a size above 0 such as 500MB or 2GB, found {size}"]) for size in ("-5", "-5GB", "0", "0.0GB", "much", "GB", "5XB", "5i", "1.2.3GB", "nan", "1e9", "10000000000GB")),
@@ -178,10 +178,10 @@ def names():
             ("an unknown word for an option", ["me.png", "--frame", "large"], ["--frame", "expected crop or grow, found large"]),
             ("an unknown option", ["me.png", "--hlep"], ["unknown option --hlep", "--help"]),
             ("another unknown option", ["--ouptut=a.glb"], ["unknown option --ouptut", "--output"]),
-            ("another kind of model", ["me.png", "-o", "a.obj"], ["a.obj", ".glb"]),
+            ("an unsupported kind of model", ["me.png", "-o", "a.obj"], ["a.obj", ".glb"]),
             ("a model without a file name extension", ["me.png", "-o", "a"], ["a name that ends in .glb", "found no ending"]),
             ("a page that is named .txt", ["me.png", "--html", "page.txt", "--viewer", "viewer.html"], ["page.txt", ".html"]),
-            ("a depth map with losses", ["me.png", "--depth-map", "map.jpg"], ["map.jpg", ".png"]),
+            ("a depth map in a lossy format", ["me.png", "--depth-map", "map.jpg"], ["map.jpg", ".png"]),
             ("a folder as a photo", ["."], ["a folder", "--batch"]),
             ("an unknown format", ["me.png", "-o", "a.glb", "--formats", "jpeg,exe"], ["--formats", "jpeg, png", "jpeg,exe"]),
         ):
@@ -217,8 +217,8 @@ def names():
             (["me.png", "--video", "v", "--path", "empty"], "empty: expected a readable file, found a folder"),
             (["--batch", "me.png", "--inpainting-model", "empty"], "empty: expected weights of the inpainting network, found a folder"),
             (["--batch", "me.png", "--depth-model", "none"], "none: expected weights of the depth network, found no such file"),
-            (["--batch", "me.png", "--depth", "none-such"], "none-such: expected a folder of depth maps, with --batch, found no such folder"),
-            (["--batch", "me.png", "--depth", "me.png"], "me.png: expected a folder of depth maps, with --batch, found a file"),
+            (["--batch", "me.png", "--depth", "none-such"], "none-such: expected a folder of depth maps, as --batch requires, found no such folder"),
+            (["--batch", "me.png", "--depth", "me.png"], "me.png: expected a folder of depth maps, as --batch requires, found a file"),
             (["--batch", "me.png", "-o", "depth.png"], "depth.png: expected a folder, as --batch requires, found a file"),
         ):
             os.makedirs(f / "empty", exist_ok=True)
@@ -246,7 +246,7 @@ def names():
         odd = os.fsdecode(b"d\xff.png")
         shutil.copy(f / "depth.png", f / odd)
         result = subprocess.run([PROGRAM, "me.png", "--depth", odd, "--quiet", "-o", "a.glb", "--report", "odd.json"], cwd=f.path, capture_output=True)
-        check("a name that is no UTF-8", result.returncode == DONE and json.loads(f.read("odd.json"))["width"] == 60, result.stderr)
+        check("a name that is not UTF-8", result.returncode == DONE and json.loads(f.read("odd.json"))["width"] == 60, result.stderr)
 
 
 def start_script():

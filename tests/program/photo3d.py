@@ -50,8 +50,8 @@ def check_written_files(folder):
     check("the camera of a GLB file is the same with each frame", cropped["cameras"] == content(plain)["cameras"])
     paper = content(write("paper.glb", "--preset", "paper"))["scenes"][0]["extras"]
     check("with the paper's preset, surfaces end at the border", "past_frame" not in paper and paper["motion"] <= extras["motion"])
-    run("a preset that is not known", [photo, *depth, "--preset", "papers"], ["--preset", "paper"])
-    run("a frame that is not known", [photo, *depth, "--frame", "round"], ["--frame", "round"])
+    run("an unknown preset", [photo, *depth, "--preset", "papers"], ["--preset", "paper"])
+    run("an unknown frame", [photo, *depth, "--frame", "round"], ["--frame", "round"])
     compressed = write("compressed.glb", "--compress")
     if b"built without" in compressed:
         print("skipped compressed files: the program was built without meshoptimizer or libwebp")
@@ -128,12 +128,12 @@ def check_full_size(folder):
     binary = glb[28 + struct.unpack("<I", glb[12:16])[0] :]
     views = [content["bufferViews"][image["bufferView"]] for image in content["images"]]
     sizes = [jpeg_size(binary[v["byteOffset"] :]) for v in views]
-    check(f"its GLB file has several textures of at most 4096 texels a side: {sizes}", is_whole_glb(glb) and len(sizes) >= 2 and max(max(s) for s in sizes) <= 4096)
+    check(f"its GLB file has several textures of at most 4096 texels per side: {sizes}", is_whole_glb(glb) and len(sizes) >= 2 and max(max(s) for s in sizes) <= 4096)
     check("its textures have at least as many texels as the photo has pixels", sum(w * h for w, h in sizes) > 4400 * 800)
     report = json.load(open(path("wide.json")))
     check(f"its report: {report}", (report["width"], report["texture_width"], report["texture_height"]) == (220, 4400, 800) and report["textures"] >= len(sizes))
     pair = pixels(open(path("wide.png"), "rb").read())
-    check(f"its stereo picture is as large: {len(pair[0]) / 3} x {len(pair)}", len(pair) == 800 and len(pair[0]) == 3 * 8800)
+    check(f"its stereo picture has the photo's size per eye: {len(pair[0]) / 3} x {len(pair)}", len(pair) == 800 and len(pair[0]) == 3 * 8800)
     is_line = lambda row, x, color: row[3 * x + color] > 150 and row[3 * x + 1 - color] < 90
     check("its stereo picture shows the lines", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
     frame = open(os.path.join(path("frames"), "frame_00001.png"), "rb").read()
@@ -258,9 +258,9 @@ def main():
             check(f"a {name} photo is said to be a single sheet: {is_sheet}", ("single sheet" in said) == is_sheet)
         check_notes(folder, small, small_depth)
 
-        run("no photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
+        run("a missing photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
         run("an empty photo", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
-        run("a photo cut off", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])
+        run("a truncated photo", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])
         large, little_memory = file(folder, "large.png", png(9000, 9000, 1)), lambda: resource.setrlimit(resource.RLIMIT_AS, (200 << 20, 200 << 20))
         said = subprocess.run([PROGRAM, large, *depth, "-o", os.path.join(folder, "out.glb")], capture_output=True, text=True, preexec_fn=little_memory)
         check(f"short memory: {said.returncode}, {said.stderr}", said.returncode == 75 and "memory" in said.stderr)
@@ -278,34 +278,34 @@ def main():
         said = subprocess.run([PROGRAM, shutil.copy(small, os.path.join(folder, "odd.png")), "-o", os.path.join(folder, "odd.glb")], capture_output=True, text=True, env=models)
         check(f"a depth map beside the photo with other proportions is not used: {said.stderr}", said.returncode == 0 and "odd_depth.png" in said.stderr and "proportions" in said.stderr)
         run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
-        run("a depth map that is nowhere valid", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
-        run("a depth map cut off", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
+        run("a depth map without valid values", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
+        run("a truncated depth map", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
         run("a folder that can't be written", [small, *depth, "--report", os.path.join(folder, "no/such/folder.json")], ["no/such", "expected"])
         run("a size of 0", [small, *depth, "--size", "0"], ["--size"])
         run("no texture and no grain", [small, *depth, "--texture", "0", "--grain", "0"])
         run("a negative strength of texture", [small, *depth, "--texture", "-1"], ["--texture"])
         run("a negative strength of grain", [small, *depth, "--grain", "-1"], ["--grain"])
-        run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
+        run("an unknown inpainting method", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
         weights = os.path.join(SOURCE, "tests/networks/files/farbrausch_weights.safetensors")
         run("inpainting by a network", [small, *depth, "--inpainting-model", weights])
         run("inpainting by a PartialConv network", [small, *depth, "--inpainting-model", os.path.join(SOURCE, "tests/networks/files/partial_convolution_weights.safetensors")])
         run("8-bit arithmetic without ranges in the weights", [small, *depth, "--inpainting-model", weights, "--arithmetic", "int8"], ["int8", "export.py"])
         run("an unknown arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "int8"])
         run("an inpainting network that --inpaint diffusion ignores", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"])
-        run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+        run("a truncated inpainting network", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo as an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
         decider = os.path.join(SOURCE, "examples/models/silhouettes.safetensors")
         check_report("silhouettes by a network", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
         check_report("silhouettes without a network", [small, *depth], {"silhouettes": "alignment"})
         run("an inpainting network for silhouettes", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
-        run("a silhouette network cut off", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+        run("a truncated silhouette network", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 
         student = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
         run("a depth network in a file", [small, "--depth-model", student])
         run("an inpainting network for depth", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "a depth network", "found farbrausch"])
         run("a depth network for inpainting", [small, *depth, "--inpainting-model", student], ["tiefenrausch_weights.safetensors", "an inpainting network", "found tiefenrausch_small"])
-        run("a depth network cut off", [small, "--depth-model", file(folder, "cut.safetensors", open(student, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+        run("a truncated depth network", [small, "--depth-model", file(folder, "cut.safetensors", open(student, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 
         # Tests the search for weights without an option, after moving the program with and without its data.
         models, alone, other = os.path.join(SOURCE, "examples/models"), os.path.join(folder, "alone"), os.path.join(folder, "other")
@@ -347,7 +347,7 @@ def main():
         run("frames of a circle, for two eyes", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])
         run("the written depth map, read again", [small, "--depth", depth_map, "--depth-zero-is-unknown"])
         run("a video without ffmpeg", [*video, os.path.join(folder, "a.mp4")], ["a.mp4", "ffmpeg", "PNG"], {"PATH": folder})
-        run("a path that is not known", [*video, frames, "--path", "spiral"], ["spiral", "expected", "found"])
+        run("an unknown path", [*video, frames, "--path", "spiral"], ["spiral", "expected", "found"])
         keys = '[{"time": %d, "position": [0, 0, 0], "target": [0, 0, -2]}, {"time": 1, "position": [0.1, 0, 0], "target": [0, 0, -2], "zoom": 1.2}]'
         run("a custom path", [*video, frames, "--path", file(folder, "keys.json", (keys % 0).encode())])
         wide = json.dumps([{"time": t, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0.3} for t in (0, 1)])
@@ -356,7 +356,7 @@ def main():
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
         check(f"seen from afar, surfaces continue past the photo's border: {darkest}", darkest > 40)  # the checks are 60 and 180
         run("key frames in the wrong order", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
-        run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
+        run("key frames that are not JSON", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):
             for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):
                 run(f"the video {name}", [*video, os.path.join(folder, name), "--stereo", "anaglyph"])

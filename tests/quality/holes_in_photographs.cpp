@@ -54,7 +54,7 @@ TEST_CASE("cameras within the supported motion see no hole in photographs") {
 }
 
 // The forty photographs are smaller than the default geometry. Larger photographs have more uncovered pixels.
-TEST_CASE("cameras within the supported motion see no hole in photographs of at least the geometry's size") {
+TEST_CASE("cameras within the supported motion see no hole in photographs of at least the default geometry size") {
     std::vector<std::filesystem::path> photographs{LDI_SOURCE_DIR "/examples/photo3d/sample.jpg"};
     const std::filesystem::path phone = LDI_SHARED_DIR "/depth_companions/iphone_mpo_a.jpg";
     if (std::filesystem::exists(phone))

@@ -35,7 +35,7 @@ def have_events(log, event, number):
 
 
 def was_given_out(times, *logs):
-    """The maximum number of deliveries over the messages of one photo equals this number."""
+    """Of all messages with a single photo, the one with the most deliveries had this number of deliveries."""
     return max(line["earlier"] for log in logs for line in lines(log) if line["event"] == "message" and line["photos"] == 1) + 1 == int(times)
 
 

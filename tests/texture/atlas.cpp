@@ -123,7 +123,7 @@ TEST_CASE("charts with two pixels at one position are refused, and all other cha
         }
         const std::string message = message_of([&] { make_atlas(layers, charts); });
         REQUIRE((message == "nothing raised") != overlaps);
-        REQUIRE((message.find("at most one pixel at a position") != std::string::npos) == overlaps);
+        REQUIRE((message.find("at most one pixel per position") != std::string::npos) == overlaps);
         ++(overlaps ? refused : accepted);
     }
     CHECK(refused > 20);

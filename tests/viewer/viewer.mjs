@@ -197,7 +197,7 @@ await test("an idle viewer sways around the photo's viewpoint until the first in
     assert.equal(isSwaying, false);
 });
 
-await test("after a few turns, the sway ends at the photo's viewpoint, and nothing more is drawn", opened(), async (page) => {
+await test("after its last cycle, the sway ends at the photo's viewpoint, and nothing more is drawn", opened(), async (page) => {
     await page.evaluate(() => {
         const shown = document.querySelector("photo-3d");
         shown.setAttribute("sway", "0.2");
@@ -402,7 +402,7 @@ await test("a finger drags the scene within the limits; when it lifts, the viewe
 // Stops the clock, so that the neutral orientation does not adapt on slow machines.
 const timeless = "Object.defineProperty(Event.prototype, 'timeStamp', { get: () => 0 });";
 
-await test("turning the device shows the scene from the side that it turned away from", opened({ scripts: [timeless] }), async (page) => {
+await test("turning the device shows the scene from the side of its nearer edge", opened({ scripts: [timeless] }), async (page) => {
     await hover(page, 0, 0);
     await turnDevice(page, 0, 60, 0);
     await settle(page);

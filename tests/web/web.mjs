@@ -301,7 +301,7 @@ async function testsOfChromium(browser, open, openShared) {
         await own.close();
     });
 
-    await test("on a phone, the page takes a photo with the camera behind the screen", () => openPage(browser, onePage, { isPhone: true }), async (page) => {
+    await test("on a phone, the page takes a photo with the rear camera", () => openPage(browser, onePage, { isPhone: true }), async (page) => {
         const chosen = page.waitForFileChooser();
         await page.click("#camera");
         await (await chosen).accept([sample]);

@@ -62,7 +62,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     buffer<Scalar> result(order.size() * channels);
     for (const std::int32_t old : order)
         if (old < 0 || static_cast<std::size_t>(old) >= column.size() / channels)
-            raise(error_code::mismatch, "reorder", "indices of " + std::to_string(column.size() / channels) + " pixels",
+            raise(error_code::mismatch, "reorder", "indices below " + std::to_string(column.size() / channels),
                   "index " + std::to_string(old));
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)

@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 namespace detail {
 
 [[noreturn]] inline void refuse_size(std::size_t height, std::size_t width, std::size_t channels) {
-    raise(error_code::too_large, "image", "a size that memory can have",
+    raise(error_code::too_large, "image", "a size that fits in memory",
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 

@@ -38,7 +38,7 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
     const auto name = file.metadata.find("name");
     if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
     if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
-    raise(error_code::mismatch, file.where, "an inpainting network, name farbrausch or partial_convolution in its metadata",
+    raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
           name == file.metadata.end() ? "none" : printable(name->second));
 }
 
@@ -72,13 +72,13 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const auto number = [&](const json_value& value, const char* key) {
         const std::optional<std::uint64_t> size = whole_number(value);
         if (!size || *size > std::uint64_t{1} << 20)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(value.text));
+            raise(error_code::unsupported, here, "a whole number for " + std::string(key), printable(value.text));
         return static_cast<std::int32_t>(*size);
     };
     const auto each_of = [&](const char* key, auto&& visit) {
         const json_value list = json_member(text, key);
         if (list.kind != json_kind::array)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(list.text));
+            raise(error_code::unsupported, here, "a list of whole numbers for " + std::string(key), printable(list.text));
         for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
     };
     result.channels.clear(), result.kernels.clear();

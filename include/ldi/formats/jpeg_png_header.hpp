@@ -108,7 +108,7 @@ private:
 
     void read_frame(unsigned marker, std::span<const std::byte> body) {
         if (marker > 0xC2) unsupported(marker == 0xC3 ? "a lossless JPEG" : "an arithmetic-coded or hierarchical JPEG");
-        if (components_ != 0) broken("two pictures in one");
+        if (components_ != 0) broken("a second frame header");
         if (body.size() < 6) broken("a short frame header");
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);

@@ -41,7 +41,7 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end() || found->second != expected)
-        raise(error_code::mismatch, file.where, what + ", " + key + " " + expected + " in its metadata",
+        raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
               found == file.metadata.end() ? "none" : printable(found->second));
 }
 
@@ -104,8 +104,7 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or one of another kind or size");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or an invalid value");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -159,7 +158,7 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that are text",
+            raise(error_code::invalid_data, where, "metadata with string values",
                   std::string(kind_text(value.kind)) + " for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });

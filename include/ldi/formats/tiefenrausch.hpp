@@ -24,7 +24,7 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
     const std::string& digits = found->second;
     if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
         raise(error_code::invalid_data, place_in(file.where, std::string("metadata \"") + key + "\""),
-              "a number of pixels of one to four digits", printable(digits));
+              "a number of pixels with one to four digits", printable(digits));
     std::size_t size = 0;
     for (const char digit : digits) size = 10 * size + static_cast<std::size_t>(digit - '0');
     return size;

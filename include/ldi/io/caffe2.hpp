@@ -90,7 +90,7 @@ private:
         if (found != count)
             raise(error_code::mismatch, op.where(), std::to_string(count) + " values for the shape", std::to_string(found));
         if (!constants_.emplace(op.output(), std::move(c)).second)
-            raise(error_code::invalid_data, op.where(), "a name used once", "a second tensor of that name");
+            raise(error_code::invalid_data, op.where(), "a unique name", "a second tensor of that name");
     }
 
     static std::uint64_t element_count(const checked_operator& op, const buffer<std::int64_t>& shape) {
@@ -131,7 +131,7 @@ private:
         } else if (type == "Int8Dequantize") {
             op.expect_inputs(1);
             if (op.output() != network_.external_outputs[0])
-                raise(error_code::unsupported, op.where(), "to make " + printable(network_.external_outputs[0]),
+                raise(error_code::unsupported, op.where(), "the output " + printable(network_.external_outputs[0]),
                       printable(op.output()));
             result_.output = tensor(op, 0);
             is_complete_ = true;
@@ -197,7 +197,7 @@ private:
 
     void name_tensor(const checked_operator& op) {
         if (!tensors_.emplace(op.output(), tensors_.size()).second)
-            raise(error_code::unsupported, op.where(), "a name used once", "a second tensor of that name");
+            raise(error_code::unsupported, op.where(), "a unique name", "a second tensor of that name");
     }
 
     std::size_t tensor(const checked_operator& op, std::size_t input) const {

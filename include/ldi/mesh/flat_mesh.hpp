@@ -121,7 +121,7 @@ public:
             // If none of these edges can be split, the cause lies elsewhere in the chart, so split all edges of its outline.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
-                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
+                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel per position",
                       "chart " + std::to_string(c) + ", whose outline crosses itself");
             return;
         }

@@ -112,7 +112,7 @@ private:
     /// Raises mismatch for the first pixel of a run whose texel already belongs to another pixel.
     [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
         for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
-        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
+        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel per position",
               "a chart with pixel " + std::to_string(pixel) + " and an earlier one at (" + std::to_string(graph_.x()[pixel]) +
                   ", " + std::to_string(graph_.y()[pixel]) + ")");
     }

@@ -43,8 +43,8 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
         raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
               "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
-                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") of " + std::to_string(atlas.kind.width()) +
-                  " x " + std::to_string(atlas.kind.height()));
+                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") in an atlas of " +
+                  std::to_string(atlas.kind.width()) + " x " + std::to_string(atlas.kind.height()));
 }
 
 }  // namespace detail

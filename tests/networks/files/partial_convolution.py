@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the reference files of tests/networks/partial_convolution.cpp to its own folder: results of the PyTorch network of
+"""Writes the PartialConv reference files of tests/networks/farbrausch.cpp to its own folder: results of the PyTorch network of
 examples/training/partial_convolution.py for images with holes. Needs Debian's python3-torch and python3-opencv.
 
     partial_convolution.py

@@ -345,7 +345,7 @@ TEST_CASE("a convolution of bytes matches the convolution of the numbers that th
     });
 }
 
-TEST_CASE("weights of bytes of any size below the largest float are packed, and larger products are refused") {
+TEST_CASE("byte convolutions accept weights of any magnitude, and refuse scales that exceed the range of float") {
     const auto pack = [](float weight, float other, float scale, float result_scale) {
         const quantized_source source[] = {{2, {scale, 7}}};
         return pack_byte_convolution(isa::scalar, std::array{weight, other}, std::array{1.0F}, 1, no_activation, source,

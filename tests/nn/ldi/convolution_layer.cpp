@@ -195,7 +195,7 @@ TEST_CASE("if any allocation in a U-Net fails, all its memory is released") {
     CHECK(tried > 30);
 }
 
-TEST_CASE("a layer refuses another kernel size or number of weights, and a plan or maps that do not fit it") {
+TEST_CASE("a layer refuses unsupported kernel sizes, wrong numbers of weights, and plans and maps that do not fit it") {
     const std::vector<float> weights(2 * 3 * 9), bias(2), nothing;
     const auto error_of = [](auto&& run) { return ldi::testing::raised(run); };
     using weights_view = std::span<const float>;

@@ -94,7 +94,7 @@ TEST_CASE("sigmoid and tanh reach their limits exactly for large inputs") {
     CHECK(tangent.values[1] == 1.0F);
 }
 
-TEST_CASE("tanh is within two units in the last place, keeps the sign of zero, and is the same for any number of values") {
+TEST_CASE("tanh is within two units in the last place, keeps the sign of zero, and does not depend on the number of values") {
     feature_map x(0, 1);
     for (float v = 1e-42F; v < 20.0F; v *= 1.003F) x.values.push_back(v), x.values.push_back(-v);
     for (const float v : {0.0F, -0.0F, INFINITY, -INFINITY, 0.625F, 9.5F}) x.values.push_back(v);

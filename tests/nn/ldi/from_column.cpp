@@ -93,7 +93,7 @@ TEST_CASE("a column of bool is true for values of one half and more") {
     CHECK(layers.column<identifier<bool>>() == buffer<bool>{false, false, false, true, true, true});
 }
 
-TEST_CASE("to_column() refuses maps of other pixels or channels") {
+TEST_CASE("to_column() refuses maps with a different number of pixels or channels") {
     layered_image<color_column> layers(make_grid(4, 4));
     CHECK_THROWS_AS(to_column<color_column>(feature_map(17, 3), layers), error);
     CHECK_THROWS_AS(to_column<color_column>(feature_map(16, 4), layers), error);

@@ -60,7 +60,7 @@ public:
     }
     void take_samples(double samples, const std::string& where, const std::string& what) {
         if (!(samples <= nearest_double(samples_)))
-            raise(error_code::too_large, where, "scans through at most " + std::to_string(samples_) + " samples", what);
+            raise(error_code::too_large, where, "scans and tiles of at most " + std::to_string(samples_) + " samples", what);
         samples_ -= static_cast<std::uint64_t>(samples);
     }
 

@@ -121,7 +121,8 @@ inline picture_header read_bmp_header(std::span<const std::byte> bytes, const st
     if (width == 0 || width > 0x7FFFFFFF || height == 0 || height > 0x7FFFFFFF) broken("a width or height outside BMP's range");
     if (bits != 1 && bits != 4 && bits != 8 && bits != 16 && bits != 24 && bits != 32) broken("a bad header");
     if (compression != 0 && compression != 3)
-        raise(error_code::unsupported, where, "a BMP file without compression", "kind " + std::to_string(compression));
+        raise(error_code::unsupported, where, "a BMP file without compression",
+              "compression method " + std::to_string(compression));
     const std::size_t row = (std::size_t{width} * bits + 31) / 32 * 4;
     if (data > bytes.size() || row > (bytes.size() - data) / height) broken(cut_off);
     picture_header header;

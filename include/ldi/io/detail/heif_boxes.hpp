@@ -174,7 +174,7 @@ private:
             list.next(2);
             const std::uint64_t base = list.next(base_size);
             heif_item* const item = found == items.end() ? nullptr : &found->second;
-            if (item != nullptr && !item->extents.empty()) broken("an item with two places");
+            if (item != nullptr && !item->extents.empty()) broken("an item with two locations");
             for (std::uint64_t more = list.next(2); more > 0; --more) {
                 count(extents, 1, max_entries, "extents");
                 const std::uint64_t offset = list.next(offset_size), length = list.next(length_size);
@@ -188,7 +188,8 @@ private:
     /// Returns the bytes of an extent, cut off at the end of the file. An extent of length 0 extends to the end.
     std::span<const std::byte> extent(std::uint64_t method, std::uint64_t base, std::uint64_t offset,
                                       std::uint64_t length) const {
-        if (method > 1) raise(error_code::unsupported, where_, "items that lie in the file", "an item inside of another");
+        if (method > 1)
+            raise(error_code::unsupported, where_, "items that lie in the file", "an item stored inside another item");
         const std::span<const std::byte> all = method == 0 ? bytes_ : idat_;
         if (base > all.size() || offset > all.size() - base) return {};
         const std::span<const std::byte> rest = all.subspan(static_cast<std::size_t>(base + offset));

@@ -59,7 +59,8 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
     }
     picture.width = static_cast<std::size_t>(width), picture.height = static_cast<std::size_t>(height);
     picture.channels = static_cast<std::size_t>(channels);
-    if (picture.width != header.width || picture.height != header.height) damaged(header.format, where, "two sizes");
+    if (picture.width != header.width || picture.height != header.height)
+        damaged(header.format, where, "a picture whose size differs from its header");
     return picture;
 }
 
