@@ -33,7 +33,7 @@ inline texture_coordinate_map texture_coordinates(const textured_mesh& mesh) {
     return {mesh.texture_coordinates.data(), static_cast<Eigen::Index>(mesh.vertex_count()), 2};
 }
 
-/// Returns the transform from the camera's axes to the photo's space: `pose(v) * Eigen::Vector3f::Zero()` is the camera's
+/// Returns the transform from the camera's space to the photo's space: `pose(v) * Eigen::Vector3f::Zero()` is the camera's
 /// position.
 inline Eigen::Isometry3f pose(const view& v) {
     Eigen::Isometry3f result = Eigen::Isometry3f::Identity();

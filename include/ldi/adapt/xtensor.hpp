@@ -41,12 +41,13 @@ std::array<std::size_t, 3> image_shape(const Expression& values) {
 }
 }  // namespace detail
 
-/// Views a tensor's own memory without a copy. Gaps between rows are allowed, gaps within a row are not.
+/// Views a tensor's own memory without a copy. Rows may have gaps between them, but not within them.
 ///
 /// values  H x W or H x W x C; a container, a strided view of a container (xt::view(photo, xt::range(8, 72))), or a NumPy array;
 ///         must outlive the returned view
 ///
-/// Raises mismatch unless there are two or three dimensions, and for gaps within a row; make_image() copies a tensor with gaps.
+/// Raises mismatch unless the tensor has two or three dimensions and contiguous, row-major rows. make_image() accepts a tensor
+/// of any layout, and copies it.
 template <class Tensor>
 auto view_of(Tensor& values) {
     using scalar = std::remove_pointer_t<decltype(values.data())>;

@@ -21,7 +21,8 @@ public:
     using value_type = std::remove_const_t<T>;
 
     constexpr array_view() = default;
-    /// data  first of `size` values; null only if size is 0. Like std::span, rejects a literal 0 and pointers to a derived class
+    /// data  first of `size` values; null only if size is 0. As with std::span, a literal 0 or a pointer to a derived class does
+    ///       not compile
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(U* data, std::size_t size) : data_(data), size_(size) { LDI_ASSERT(data != nullptr || size == 0); }

@@ -38,8 +38,8 @@ concept element_iterator = requires(T i) {
 }  // namespace detail
 
 /// A growable array, aligned to 64 bytes. It adopts the allocator that is current at its first successful allocation
-/// (base/memory.hpp). Differences from std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
-/// types uninitialized, and a moved-from buffer is empty.
+/// (base/memory.hpp). Differences from std::vector: operator[] accepts any integer type without a cast, `unset` leaves values of
+/// trivial types uninitialized, and a moved-from buffer is empty.
 ///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
@@ -184,8 +184,8 @@ public:
         LDI_ASSERT(accepts(first, last));
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
-            // memcpy() instead of a loop: byte values may alias the size, so that a loop would have to update it in memory for
-            // each value.
+            // memcpy() instead of a loop: a pointer to bytes may alias the size, so a loop would have to write the size to memory
+            // after each value.
             if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
             block_.size += static_cast<std::size_t>(last - first);
             return;

@@ -1,4 +1,4 @@
-// Executors: the caller's threads. Every parallel stage accepts an executor; ldi starts no threads except in a thread_pool.
+// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
 // Results never depend on the executor or on its number of threads.
 #pragma once
 
@@ -81,8 +81,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: asserts that a body
-/// does not call run() of the same pool, which would deadlock.
+/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
+/// pool runs does not call run() of the same pool, which would deadlock.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all

@@ -6,10 +6,9 @@
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
 // Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
-// pixels. Contested pixels join a chart after all others, nearest first. The surface that the photo shows then stays in one
-// piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
-// background's hidden part would reach the end of a silhouette before the front surface, and cut a piece out of the front
-// surface.)
+// pixels. Contested pixels join a chart after all others, nearest first. This keeps the surface that the photo shows in one
+// piece; only the surfaces behind it are divided. (In plain breadth-first order, the background's hidden part would reach the end
+// of a silhouette before the front surface, and cut a piece out of the front surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
 // would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
 // it.
@@ -35,7 +34,8 @@ struct chart_options {
     /// 1152 x 1536, eight had the best atlas when the photo was not divided: their charts filled 0.58 to 0.89 of the atlas, and
     /// the atlas compressed 3 to 5 % smaller than with a limit of 512. The default therefore divides only larger photos.
     std::int32_t max_side = 2048;
-    /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
+    /// Range of the texture filter, 1 to 8: within this many rows and columns of a pixel, its chart has no pixel of a different
+    /// surface.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
     /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary.

@@ -57,9 +57,9 @@ struct depth_range {
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
 
-    /// Returns an upper bound, in pixels, on the texture error along an edge of `length` pixels between these disparities. The
-    /// cause is perspective-correct interpolation: at the middle of an edge, renderers sample the texture closer to the nearer
-    /// end.
+    /// Returns an upper bound, in pixels, on the distance by which renderers shift the texture along an edge of `length` pixels
+    /// between these disparities. Perspective-correct interpolation causes the shift: at the middle of the edge, renderers sample
+    /// the texture closer to the nearer end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
         // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.

@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
 ///            old order breaks ties
 ///
-/// Allocates 16 bytes per row of the lattice while it runs.
+/// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Counts the runs of every scanline, then sorts their first pixels by scanline.

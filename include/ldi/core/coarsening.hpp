@@ -177,8 +177,8 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, even if several share a position. The
 /// position of a kept pixel is halved.
 ///
-/// Two kept pixels are linked if a path of two links connects them in the fine graph. They are two steps apart in one direction,
-/// so only the straight path is possible.
+/// Two kept pixels are linked if a path of two links connects them in the fine graph. This path is always straight, because both
+/// pixels have even coordinates.
 ///
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches along links inside its 2 x 2
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without

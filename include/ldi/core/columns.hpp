@@ -20,12 +20,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A column tag: a non-final class that states the scalar type and the number of scalars per pixel, at most 64 KiB per pixel.
 /// Tags are never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a
-/// default replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
+/// default replaces each function that a tag lacks. A function with one of these names but the wrong signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
-///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
+///         // One channel of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
 ///         // Values of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }

@@ -39,8 +39,8 @@ inline components connected_components(const graph_view& g) {
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
-        // The pixel above usually belongs to the same run as the pixel above the previous one. That run, [merged_first,
-        // merged_last), is already merged.
+        // The pixels above usually belong to one run, which needs to be merged only once. [merged_first, merged_last) is the run
+        // above that was merged last.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up()[i];

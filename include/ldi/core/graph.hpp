@@ -59,7 +59,8 @@ namespace detail {
 inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
 
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only graph_view, graph and graph_builder can derive from it and change it, so that other code cannot change a finished graph.
+/// Only graph_view, graph and graph_builder can derive from this class and change its columns, so that other code cannot change a
+/// finished graph.
 template <class Column>
 class index_columns {
     static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;

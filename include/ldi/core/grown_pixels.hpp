@@ -35,8 +35,8 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
     // `seen` marks the entries of `origins` that occur in pieces. Pieces usually contain the old pixels in ascending order. As
-    // long as they do, `continued` counts the old pixels, and `seen` has no marks for them. At the first piece out of order,
-    // marks for all old pixels are appended to `seen`.
+    // long as they do, `continued` counts the old pixels so far, and `seen` has no entries for old pixels. At the first piece out
+    // of order, `seen` gets an entry for each old pixel, and marks the first `continued` of them.
     buffer<bool> seen(new_count);
     std::size_t total = 0, continued = 0;
     bool is_in_order = true;

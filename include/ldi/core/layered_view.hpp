@@ -43,8 +43,8 @@ public:
         };
         (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
     }
-    /// Converts from any other layered_view, even a temporary one. Also converts from a layered_image, a single_layer, or the
-    /// caller's own type with `has`, topology() and column(), but not from a temporary.
+    /// Converts from any other layered_view that has these columns, even a temporary one. Also converts from a layered_image, a
+    /// single_layer, or the caller's own type with `has`, topology() and column(), but not from a temporary of these types.
     template <has_columns<Columns...> Layers>
     requires(requires(const Layers& l) { graph_view(l.topology()); } &&
              !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&

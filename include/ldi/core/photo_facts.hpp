@@ -41,9 +41,10 @@ struct photo_facts {
     }
 };
 
-/// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces and hems extend far enough to
-/// cover these errors. Where two surfaces separate, each outline may be off by one pixel (mesh/simplify.hpp). Their disparities
-/// may be off by 0.02 (mesh/simplify.hpp, mesh/studs.hpp).
+/// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces, and the strips that extend them
+/// (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces separate, each outline may be
+/// off by one pixel (mesh/simplify.hpp). mesh_disparity: not less than the sum of the disparity tolerances of mesh/simplify.hpp
+/// and mesh/studs.hpp.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.

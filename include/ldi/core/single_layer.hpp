@@ -1,4 +1,4 @@
-// One layer in the order of the photo: lift() makes it, expand() turns it into a layered image.
+// One layer in the order of the photo. lift() makes it; expand() turns it into a layered image.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -22,7 +22,7 @@ namespace detail {
 struct expansion_access;
 }
 
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change; pixels may not.
 /// expand() turns it into a layered image.
 template <payload_column... Columns>
 class single_layer {

@@ -5,11 +5,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Minimum difference in disparity between a hidden surface and the surface in front of it, as a multiple of
+/// Minimum difference in disparity between a pixel that expand() adds and the photo's pixel in front of it, as a multiple of
 /// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
-/// Maximum difference in disparity between neighboring hidden pixels that expand() links, as a multiple of
-/// surface_rule::max_step.
+/// Maximum difference in disparity between a pixel that expand() adds and the neighbors that expand() links to it, as a multiple
+/// of surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.

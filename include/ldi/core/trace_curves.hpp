@@ -150,8 +150,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    /// Returns the direction in which a curve continues that arrives at the corner from direction `from`. Where two curves pass
-    /// each other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the direction in which a curve leaves a corner that it reaches from direction `from`. Where two curves pass each
+    /// other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)

@@ -40,8 +40,9 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
 /// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the first step therefore decides: up precedes down, then left, then
-/// right. The relation is not symmetric: the window of i may contain j although the window of j does not contain i.
+/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
+/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
+/// does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);

@@ -35,7 +35,7 @@ struct view {
     }
 };
 
-/// Moves the photo's camera within its image plane, without rotation, so that points of `disparity` shift by `pixels_right` and
+/// Moves the photo's camera within its image plane, without rotation, so that points at `disparity` shift by `pixels_right` and
 /// `pixels_down` on screen (negative: left, up). Points at other depths shift in inverse proportion to their depth.
 inline view moved_view(const pinhole_camera& camera, const depth_range& range, float disparity, float pixels_right,
                        float pixels_down = 0) {

@@ -1,5 +1,5 @@
-// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep one point, at the middle of the
-// photo and at the depth in focus, in the middle of the picture. Nearer and farther surfaces move relative to this point.
+// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). Each predefined path keeps one point in the middle
+// of the picture: the point in the middle of the photo at the depth in focus. Nearer and farther surfaces move relative to it.
 #pragma once
 
 #include <ldi/base/error.hpp>

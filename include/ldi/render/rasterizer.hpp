@@ -43,8 +43,9 @@ struct rendering {
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
 ///           repeat the edge
 ///
-/// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch if the backdrop has another size;
-/// invalid_option for invalid options or an invalid view; and too_large if the view's longer side times samples exceeds 2^19.
+/// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch for a backdrop whose size differs from the
+/// view's or that does not have 3 channels; invalid_option for invalid options or an invalid view; and too_large if the view's
+/// longer side times samples exceeds 2^19.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
@@ -185,7 +186,7 @@ struct vertical_extent {
 /// experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
-/// Lists for every band the objects that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+/// Lists the objects that may touch each band, in order: those of band b are list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     buffer<std::size_t> start;
     buffer<std::int32_t> list;
@@ -221,8 +222,8 @@ private:
     std::int64_t rows_, band_rows_;
 };
 
-/// Renders `count` objects. Bands do not depend on the number of threads, and one thread draws each band in the order of the
-/// objects.
+/// Renders `count` objects. The bands do not depend on the number of threads, and each band is drawn by a single thread, in the
+/// order of the objects. The result is therefore the same for any number of threads.
 ///
 /// extent(i)      vertical_extent of object i
 /// draw(i, band)  draws object i into a band

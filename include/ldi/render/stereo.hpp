@@ -16,9 +16,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Moves a view to the right along the horizontal axis of its picture (negative `distance`: to the left), in units of the photo's
-/// space. For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
-/// picture.
+/// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative: to
+/// the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window` keep their
+/// position in the picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
@@ -43,7 +43,8 @@ inline void check_pair(image_view<const std::uint8_t> left, image_view<const std
 
 }  // namespace detail
 
-/// Combines two pictures into one of H x 2W x 3, the left eye's picture on the left. Raises mismatch.
+/// Combines two pictures into one of H x 2W x 3, the left eye's picture on the left. Raises mismatch unless both have the same
+/// size and 3 channels.
 inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
@@ -56,8 +57,9 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
 }
 
 /// Combines two pictures into an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
-/// picture's brightness (Rec. 601); the green and blue channels are the right picture's. This method, "half color", makes
-/// colored objects equally bright for both eyes. Raises mismatch.
+/// picture's brightness (Rec. 601); the green and blue channels are the right picture's. With this method, "half color", the
+/// brightness of colored objects differs less between the eyes than with the left picture's own red channel. Raises mismatch
+/// unless both have the same size and 3 channels.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result(right);

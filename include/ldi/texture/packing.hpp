@@ -32,8 +32,9 @@ struct packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf (free rectangle) of the tree that is large
-/// enough. Only the free leaves are stored, from left to right, because every search of the tree ends in one of them.
+/// A sheet of fixed size, divided by a tree whose leaves are free or occupied rectangles. Inserts rectangles one by one, each
+/// into the first free leaf that is large enough. Stores only the free leaves, in the order of the tree, because every search of
+/// the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }

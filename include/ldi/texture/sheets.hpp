@@ -1,7 +1,7 @@
-// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
-// and memory without a gain. Colors can be finer. draw_sheet() redraws the charts with visible pixels on separate sheets, with
-// one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are drawn
-// one at a time, so that only one must be in memory.
+// Full-size textures. Depth has less detail than the photo, so layered images stay small: at the photo's size they would cost
+// time and memory without a gain. Only textures gain from the full size. draw_sheet() redraws the charts with visible pixels on
+// separate sheets, with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft
+// edges. Sheets are drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
@@ -123,8 +123,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
 }
 
 /// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, copies texels from the photo.
-/// Beside silhouettes and where colors were changed, removes the neighboring surface's share from the photo's color. Where the
-/// photo shows another surface, interpolates the colors of the atlas.
+/// Beside silhouettes, and where the layered image's color differs from the photo's, removes the neighboring surface's share from
+/// the photo's color. Where the photo shows another surface, interpolates the colors of the atlas.
 ///
 /// sheet          1 to layout.sizes.size() - 1
 /// charts, atlas  those given to lay_out_sheets()

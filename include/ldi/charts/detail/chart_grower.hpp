@@ -43,8 +43,8 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 }
 
 /// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
-/// side exceeds it already. Otherwise, multiplies the area of each box whose longer side L exceeds it by `side` / L, because the
-/// pieces of a winding chart together are as long as the whole.
+/// side is longer now. For a box whose longer side L exceeds the limit, multiplies the area by `side` / L, because the pieces of
+/// a winding chart together are as long as the whole.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -57,8 +57,8 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
-/// nearest contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that nothing must
-/// be cleared between charts.
+/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that a chart accepted there last. A pixel of
+/// an earlier chart counts as none, so nothing must be cleared between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -157,8 +157,8 @@ private:
         }
     }
 
-    /// Adds a pixel, and the pixels that are linked to its right and left, to the chart. Queues contested pixels instead. Skips a
-    /// pixel that already has a chart.
+    /// Adds a pixel, and the pixels linked to its right and left, to the chart. Queues contested pixels instead. Skips a pixel
+    /// that already has a chart or would make the bounding box too large.
     void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return;
         if (near_other_[at(x, y)] != 0)
@@ -167,7 +167,7 @@ private:
             add_strip(pixel, x, y);
     }
 
-    /// Adds a pixel that is the only one at its position. Extends the strip to the right and to the left along links.
+    /// Adds a pixel that is not contested, and all such pixels that links connect to it on the right and left, as one strip.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
@@ -293,8 +293,8 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step, as
-    /// in expand().
+    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step. The
+    /// limit for links in expand() is almost the same (max_joined_step).
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }

@@ -1,5 +1,5 @@
-// Triangles in screen space: clipped, projected, rounded to fixed point, and divided into spans of samples. After rounding, all
-// arithmetic is in integers, so triangles with a common edge neither miss nor share samples, on any machine.
+// Triangles in screen space: clipped, projected, rounded to fixed point, and divided into spans of samples. After rounding, spans
+// are computed in integers, so triangles with a common edge neither miss nor share samples, on any machine.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -81,8 +81,8 @@ struct screen_plane {
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
-/// Depth and texture coordinates at the samples of a triangle. Inverse depth and texture coordinates divided by depth are
-/// affine on the screen.
+/// Depth and texture coordinates at the samples of a triangle. Two kinds of values are affine on the screen: inverse depth, and
+/// texture coordinates divided by depth.
 class screen_values {
 public:
     explicit screen_values(const screen_triangle& t)
@@ -154,8 +154,8 @@ public:
     }
 
 private:
-    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that the point can be projected for an
-    /// edge of any length.
+    /// Returns the point where an edge intersects a plane. Moves this point exactly onto the plane: on a very long edge, rounding
+    /// could otherwise put it where it cannot be projected.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];

@@ -91,8 +91,8 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
-    /// Changes the source from `photo` to `cleaned` for pixels within `guarded` rows and columns of a pixel with another
-    /// source. Searches along rows, then along columns.
+    /// Changes the source of a pixel from `photo` to `cleaned` if another pixel, within `guarded` rows and columns, has a
+    /// different source. Pixels outside the photo do not count. Searches along rows, then along columns.
     void guard_borders() {
         // 1 if the row has a pixel within `guarded` columns whose source is not the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
