@@ -69,7 +69,7 @@ private:
     }
 };
 
-/// Sums::eight() adds 8 values that were extended to 16 bits.
+/// Adds 16 bytes. Sums::eight() adds 8 values that were extended to 16 bits.
 template <class Sums>
 struct adder : Sums {
     static constexpr std::size_t width = 16;
