@@ -151,6 +151,13 @@ inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t
     const std::size_t slot = weights.stride * depthwise_slot, channels = weights.channels;
     const std::size_t first_channel = vector * 4 % depthwise_block;
     const std::size_t held = channels - first_channel < 4 ? channels - first_channel : 4;
+    if (held == 4) {  // a separate loop, because a test of `held` per pixel makes it 1.4 times as slow at -O2
+        for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
+            const v128_t values = requantize(w.sums(slot_values));
+            wasm_v128_store32_lane(result, narrow(values, values, values, values), 0);
+        }
+        return;
+    }
     for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
         const v128_t values = requantize(w.sums(slot_values));
         store_first(result, narrow(values, values, values, values), held);
