@@ -1773,10 +1773,10 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag has a rule with exactly the types of its column: it accepts the column's values, by value or const reference,
-/// and returns values of the column. The constants ..._fits are true for such a rule and for a tag without the rule. Without this
-/// check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would silently truncate
-/// values.
+/// Whether a tag has a rule with exactly the types of its column: the rule accepts the column's values, by value or const
+/// reference, and returns values of the column. The ..._fits constants below are true for such a rule, and for a tag without the
+/// rule. Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type
+/// would silently truncate values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -2151,7 +2151,7 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K values, one per pixel; raises mismatch for another number
+    /// kept  K values, one per pixel; raises mismatch for any other number
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
@@ -3933,25 +3933,6 @@ enum class cpu_feature {
 #endif
 #endif
 
-// ---- ldi/kernels/detail/cpuid.hpp
-// The CPUID instruction of x86.
-
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-struct cpuid_leaf {
-    std::uint32_t a = 0, b = 0, c = 0, d = 0;
-
-    explicit cpuid_leaf(std::uint32_t leaf, std::uint32_t subleaf = 0) {
-        asm volatile("cpuid" : "=a"(a), "=b"(b), "=c"(c), "=d"(d) : "a"(leaf), "c"(subleaf));
-    }
-};
-
-}}}  // namespace ldi::detail
-
-#endif
-
 // ---- ldi/kernels/detail/dot_product_extension.hpp
 // Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018 and all Apple M chips.
 
@@ -3993,10 +3974,17 @@ inline bool has_dot_product_extension() {
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
+/// Returns register EAX after CPUID. The macros of <cpuid.h> would break __cpuid() of <intrin.h> in programs for Windows.
+inline std::uint32_t cpuid_eax(std::uint32_t leaf, std::uint32_t subleaf) {
+    std::uint32_t b = 0, d = 0;
+    asm volatile("cpuid" : "+a"(leaf), "=b"(b), "+c"(subleaf), "=d"(d));
+    return leaf;
+}
+
 /// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so an
 /// operating system that supports AVX2 supports it, too.
 inline bool has_avx_vnni() {
-    static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
+    static const bool found = cpuid_eax(0, 0) >= 7 && cpuid_eax(7, 0) >= 1 && (cpuid_eax(7, 1) >> 4U & 1U) != 0;
     return found;
 }
 #endif
@@ -4338,7 +4326,8 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
-// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
+// Shared parts of the NEON kernels: the dot product, products of tiles, requantization of 32-bit sums, and the loops of
+// convolutions. NEON has
 // instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to 4 instructions for 4
 // values, fewer than the float form on other instruction sets, and is exact for every scale.
 
@@ -4367,6 +4356,52 @@ template <int lane>
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
+
+// Products of tiles. The class Products has these members:
+//
+//     group                                      inputs per lane of a vector of inputs, and weights per output
+//     inputs_type                                vector of inputs, and of weights of 4 outputs
+//     load_inputs<count>(from)                   loads 1, 2 or 4 groups of inputs into the first lanes
+//     multiply_add<lane>(sums, weights, inputs)  multiply-adds the weights of 4 outputs and one lane of the inputs
+
+/// Multiply-adds one lane of every pixel's inputs to one vector of sums per pixel.
+template <class Products, int lane, class Sums, class Inputs, std::size_t... p>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, Sums* sums, std::size_t vectors, Inputs weights,
+                                                const Inputs* inputs) {
+    ((sums[p * vectors] = Products::template multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
+}
+
+/// Multiply-adds one lane of every pixel's inputs. Loads one vector of weights at a time, so that weights occupy one register.
+template <class Products, int lane, class Sums, class Weight, class Inputs, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, Sums* sums,
+                                                const Weight* weights, const Inputs* inputs) {
+    constexpr std::size_t vector = 4 * Products::group;
+    (multiply_add<Products, lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * vector), inputs),
+     ...);
+}
+
+/// Multiply-adds sizeof...(lane) groups of inputs of every pixel.
+template <class Products, int... lane, class Sums, class Weight, class Input, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
+                                                std::index_sequence<v...> vectors, Sums* sums, const Weight*& weights,
+                                                const Input*& inputs, std::size_t stride) {
+    const typename Products::inputs_type x[] = {Products::template load_inputs<sizeof...(lane)>(inputs + p * stride)...};
+    (multiply_add<Products, lane>(pixels, vectors, sums, weights, x), ...);
+    inputs += sizeof...(lane) * Products::group;
+    weights += sizeof...(lane) * sizeof...(v) * 4 * Products::group;
+}
+
+/// Multiply-adds `groups` groups of inputs of every pixel, and moves `weights` behind them.
+template <class Products, class Pixels, class Vectors, class Sums, class Weight, class Input>
+[[gnu::always_inline]] inline void multiply_add_groups(Pixels pixels, Vectors vectors, Sums* sums, const Weight*& weights,
+                                                       const Input* inputs, std::size_t stride, std::size_t groups) {
+    for (std::size_t i = groups / 4; i > 0; --i)
+        multiply_add<Products>(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, inputs, stride);
+    if (groups % 4 >= 2)
+        multiply_add<Products>(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, inputs, stride);
+    if (groups % 2 == 1)
+        multiply_add<Products>(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, inputs, stride);
+}
 
 /// Subtracts 128 from activations, because sdot multiplies signed bytes. The packed biases or offsets compensate for this.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
@@ -4660,8 +4695,9 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero.
-inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
+/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero. With a shift of 0, there is
+/// only one rounding.
+inline double threshold_shift(const requantization& r) { return r.shift == 0 ? 0.0 : std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
 
@@ -4793,22 +4829,19 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-struct float_adder {
-    static constexpr std::size_t width = 16;
+struct float_sums {
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
-    explicit float_adder(const add_u8_constants& sum)
+    explicit float_sums(const add_u8_constants& sum)
         : a_scale(wasm_f32x4_splat(sum.a_scale)),
           b_scale(wasm_f32x4_splat(sum.b_scale)),
           offset(wasm_f32x4_splat(sum.offset)),
           magic(wasm_f32x4_splat(rounding_magic)),
           magic_bits(wasm_i32x4_splat(rounding_magic_bits)) {}
 
-    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
-        const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
-        const v128_t low = eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
-        const v128_t high = eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
-        wasm_v128_store(result, wasm_u8x16_narrow_i16x8(low, high));
+    [[gnu::always_inline]] v128_t eight(v128_t a, v128_t b) const {
+        return wasm_i16x8_narrow_i32x4(four(wasm_u32x4_extend_low_u16x8(a), wasm_u32x4_extend_low_u16x8(b)),
+                                       four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b)));
     }
 
 private:
@@ -4818,41 +4851,30 @@ private:
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
     }
-    [[gnu::always_inline]] v128_t eight(v128_t a, v128_t b) const {
-        return wasm_i16x8_narrow_i32x4(four(wasm_u32x4_extend_low_u16x8(a), wasm_u32x4_extend_low_u16x8(b)),
-                                       four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b)));
-    }
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t x = wasm_f32x4_mul(to_float(a), a_scale), y = wasm_f32x4_mul(to_float(b), b_scale);
         return wasm_i32x4_sub(wasm_f32x4_add(wasm_f32x4_add(x, wasm_f32x4_add(y, offset)), magic), magic_bits);
     }
 };
 
-struct integer_adder {
-    static constexpr std::size_t width = 16;
+struct integer_sums {
     v128_t bias, a_multiplier, b_multiplier, zero_point;
     std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
-    explicit integer_adder(const add_u8_constants& sum)
+    explicit integer_sums(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
           a_multiplier(wasm_i32x4_splat(sum.exact.a_multiplier)),
           b_multiplier(wasm_i32x4_splat(sum.exact.b_multiplier)),
           zero_point(wasm_i16x8_splat(static_cast<std::int16_t>(sum.exact.zero_point))),
           shift(static_cast<std::uint32_t>(sum.exact.shift - 1)) {}
 
-    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
-        const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
-        const v128_t low = eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
-        const v128_t high = eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
-        wasm_v128_store(result, wasm_u8x16_narrow_i16x8(low, high));
-    }
-
-private:
     [[gnu::always_inline]] v128_t eight(v128_t a, v128_t b) const {
         const v128_t low = four(wasm_u32x4_extend_low_u16x8(a), wasm_u32x4_extend_low_u16x8(b));
         const v128_t high = four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b));
         return wasm_i16x8_add_sat(wasm_i16x8_narrow_i32x4(low, high), zero_point);
     }
+
+private:
     /// A shift that adds half rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away
     /// from zero.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
@@ -4862,6 +4884,22 @@ private:
         return wasm_i32x4_shr(wasm_i32x4_add(twice, wasm_i32x4_splat(1)), 1);
     }
 };
+
+/// Adds 16 bytes. Sums::eight() adds 8 values that were extended to 16 bits.
+template <class Sums>
+struct adder : Sums {
+    static constexpr std::size_t width = 16;
+    using Sums::Sums;
+
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
+        const v128_t low = Sums::eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
+        const v128_t high = Sums::eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
+        wasm_v128_store(result, wasm_u8x16_narrow_i16x8(low, high));
+    }
+};
+using float_adder = adder<float_sums>;
+using integer_adder = adder<integer_sums>;
 
 // Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
@@ -4941,45 +4979,6 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Saturates 16-bit values to bytes. Each 128-bit lane of the result contains 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
 
-/// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
-struct integer_addition {
-    int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
-
-    explicit integer_addition(const quantized_addition& sum)
-        : bias(spread(sum.bias)),
-          a_multiplier(spread(sum.a_multiplier)),
-          b_multiplier(spread(sum.b_multiplier)),
-          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.zero_point))),
-          shift(_mm_cvtsi32_si128(sum.shift - 1)) {}
-
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
-    /// makes it round their halves down, away from zero.
-    [[gnu::always_inline]] int_lanes operator()(int_lanes a, int_lanes b) const {
-        const int_lanes products =
-            LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(a, a_multiplier), LDI_LANES(mullo_epi32)(b, b_multiplier));
-        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
-        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
-        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
-        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
-    }
-    [[gnu::always_inline]] int_lanes add_zero_point(int_lanes words) const { return LDI_LANES(adds_epi16)(words, zero_point); }
-};
-
-/// Four vectors of 32-bit values.
-struct four_vectors {
-    int_lanes v[4];
-};
-
-/// Interleaves bytes: each 32-bit value of the result contains one byte of a, of b, of c, and of d. Vector i contains bytes 4 i
-/// to 4 i + 3 of every 16.
-[[gnu::always_inline]] inline four_vectors interleave_bytes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) {
-    const int_lanes ab_low = LDI_LANES(unpacklo_epi8)(a, b), ab_high = LDI_LANES(unpackhi_epi8)(a, b);
-    const int_lanes cd_low = LDI_LANES(unpacklo_epi8)(c, d), cd_high = LDI_LANES(unpackhi_epi8)(c, d);
-    return {{LDI_LANES(unpacklo_epi16)(ab_low, cd_low), LDI_LANES(unpackhi_epi16)(ab_low, cd_low),
-             LDI_LANES(unpacklo_epi16)(ab_high, cd_high), LDI_LANES(unpackhi_epi16)(ab_high, cd_high)}};
-}
-
 /// Applies a float_requantization to vectors.
 struct requantizer {
     float_lanes scale, offset;
@@ -5002,19 +5001,6 @@ struct requantizer {
     [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
         const int_lanes low = LDI_LANES(adds_epi16)(pack_words(a, b), zero_point);
         return pack_bytes(low, LDI_LANES(adds_epi16)(pack_words(c, d), zero_point));
-    }
-};
-
-/// Requantizes with a zero point of 0.
-struct rectifier {
-    float_lanes scale, offset;
-
-    explicit rectifier(const float_requantization& r)
-        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
-
-    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return truncate(fused(to_float(sums), scale, offset)); }
-    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
-        return pack_bytes(pack_words(a, b), pack_words(c, d));
     }
 };
 #undef LDI_LANES
@@ -5137,45 +5123,6 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Saturates 16-bit values to bytes. Each 128-bit lane of the result contains 8 values of a, then 8 of b.
 [[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
 
-/// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
-struct integer_addition {
-    int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
-
-    explicit integer_addition(const quantized_addition& sum)
-        : bias(spread(sum.bias)),
-          a_multiplier(spread(sum.a_multiplier)),
-          b_multiplier(spread(sum.b_multiplier)),
-          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.zero_point))),
-          shift(_mm_cvtsi32_si128(sum.shift - 1)) {}
-
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
-    /// makes it round their halves down, away from zero.
-    [[gnu::always_inline]] int_lanes operator()(int_lanes a, int_lanes b) const {
-        const int_lanes products =
-            LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(a, a_multiplier), LDI_LANES(mullo_epi32)(b, b_multiplier));
-        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
-        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
-        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
-        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
-    }
-    [[gnu::always_inline]] int_lanes add_zero_point(int_lanes words) const { return LDI_LANES(adds_epi16)(words, zero_point); }
-};
-
-/// Four vectors of 32-bit values.
-struct four_vectors {
-    int_lanes v[4];
-};
-
-/// Interleaves bytes: each 32-bit value of the result contains one byte of a, of b, of c, and of d. Vector i contains bytes 4 i
-/// to 4 i + 3 of every 16.
-[[gnu::always_inline]] inline four_vectors interleave_bytes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) {
-    const int_lanes ab_low = LDI_LANES(unpacklo_epi8)(a, b), ab_high = LDI_LANES(unpackhi_epi8)(a, b);
-    const int_lanes cd_low = LDI_LANES(unpacklo_epi8)(c, d), cd_high = LDI_LANES(unpackhi_epi8)(c, d);
-    return {{LDI_LANES(unpacklo_epi16)(ab_low, cd_low), LDI_LANES(unpackhi_epi16)(ab_low, cd_low),
-             LDI_LANES(unpacklo_epi16)(ab_high, cd_high), LDI_LANES(unpackhi_epi16)(ab_high, cd_high)}};
-}
-
 /// Applies a float_requantization to vectors.
 struct requantizer {
     float_lanes scale, offset;
@@ -5198,19 +5145,6 @@ struct requantizer {
     [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
         const int_lanes low = LDI_LANES(adds_epi16)(pack_words(a, b), zero_point);
         return pack_bytes(low, LDI_LANES(adds_epi16)(pack_words(c, d), zero_point));
-    }
-};
-
-/// Requantizes with a zero point of 0.
-struct rectifier {
-    float_lanes scale, offset;
-
-    explicit rectifier(const float_requantization& r)
-        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
-
-    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return truncate(fused(to_float(sums), scale, offset)); }
-    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
-        return pack_bytes(pack_words(a, b), pack_words(c, d));
     }
 };
 #undef LDI_LANES
@@ -5236,8 +5170,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace avx2 {
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+#define LDI_LANES(operation) _mm256_##operation
 // Adds two tensors in float or in integers. Each x86 instruction set includes this file inside its namespace and target region,
-// after detail/lanes_*.hpp.
+// after detail/lanes_*.hpp, with LDI_LANES as in detail/generic/lanes_x86.hpp.
 
 struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
@@ -5256,21 +5191,37 @@ struct float_adder {
     }
 };
 
+/// Applies add_quantized() to vectors.
 struct integer_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
-    integer_addition sum;
+    int_lanes bias, a_multiplier, b_multiplier, zero_point;
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
-    explicit integer_adder(const add_u8_constants& constants) : sum(constants.exact) {}
+    explicit integer_adder(const add_u8_constants& sum)
+        : bias(spread(sum.exact.bias)),
+          a_multiplier(spread(sum.exact.a_multiplier)),
+          b_multiplier(spread(sum.exact.b_multiplier)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
+          shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
+    /// makes it round their halves down, away from zero.
+    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
+                                                        LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
+        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
+        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
+        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
+        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
+    }
     [[gnu::always_inline]] int_lanes words(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
-        const std::size_t second = first + lane_count;
-        const int_lanes low = sum(load_bytes(a + first), load_bytes(b + first));
-        return sum.add_zero_point(pack_words(low, sum(load_bytes(a + second), load_bytes(b + second))));
+        return LDI_LANES(adds_epi16)(pack_words(lanes(a, b, first), lanes(a, b, first + lane_count)), zero_point);
     }
     [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
         store(result, gather_lanes(pack_bytes(words(a, b, 0), words(a, b, 2 * lane_count))));
     }
 };
+#undef LDI_LANES
 // Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
 //
@@ -5301,8 +5252,9 @@ LDI_END_TARGET
 
 namespace avx512vnni {
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+#define LDI_LANES(operation) _mm512_##operation
 // Adds two tensors in float or in integers. Each x86 instruction set includes this file inside its namespace and target region,
-// after detail/lanes_*.hpp.
+// after detail/lanes_*.hpp, with LDI_LANES as in detail/generic/lanes_x86.hpp.
 
 struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
@@ -5321,21 +5273,37 @@ struct float_adder {
     }
 };
 
+/// Applies add_quantized() to vectors.
 struct integer_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
-    integer_addition sum;
+    int_lanes bias, a_multiplier, b_multiplier, zero_point;
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
 
-    explicit integer_adder(const add_u8_constants& constants) : sum(constants.exact) {}
+    explicit integer_adder(const add_u8_constants& sum)
+        : bias(spread(sum.exact.bias)),
+          a_multiplier(spread(sum.exact.a_multiplier)),
+          b_multiplier(spread(sum.exact.b_multiplier)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
+          shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
+    /// makes it round their halves down, away from zero.
+    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
+                                                        LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
+        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
+        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
+        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
+        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
+    }
     [[gnu::always_inline]] int_lanes words(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
-        const std::size_t second = first + lane_count;
-        const int_lanes low = sum(load_bytes(a + first), load_bytes(b + first));
-        return sum.add_zero_point(pack_words(low, sum(load_bytes(a + second), load_bytes(b + second))));
+        return LDI_LANES(adds_epi16)(pack_words(lanes(a, b, first), lanes(a, b, first + lane_count)), zero_point);
     }
     [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
         store(result, gather_lanes(pack_bytes(words(a, b, 0), words(a, b, 2 * lane_count))));
     }
 };
+#undef LDI_LANES
 // Loop of add_u8 over values. Each instruction set includes this file inside its namespace and target region. An Adder has these
 // members:
 //
@@ -5430,10 +5398,12 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 /// Prepares an addition for add_u8().
 ///
-/// target  the instruction set to prepare for. The kernel computes the integer form if no float form agrees with it on all
-///         65,536 pairs
+/// target  instruction set to prepare for; must be available (is_available()), else raises invalid_option. The kernel computes
+/// the
+///         integer form if no float form agrees with it on all 65,536 pairs
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
+    check_available("prepare_add_u8", kernel.set);
     add_u8_constants sum{kernel.set, exact};
     if (!kernel.has_float_form) return sum;
     sum.is_float = true;
@@ -5993,42 +5963,22 @@ inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-template <int lane>
-[[gnu::always_inline]] inline float32x4_t multiply_add(float32x4_t sums, float32x4_t weights, float32x4_t inputs) {
-    return vfmaq_laneq_f32(sums, weights, inputs, lane);
-}
+/// The primitives that multiply_add_groups() requires.
+struct conv_products {
+    static constexpr std::size_t group = 1;
+    using inputs_type = float32x4_t;
 
-/// Loads one, two or four inputs into the first lanes. The other lanes are not used.
-template <std::size_t inputs>
-[[gnu::always_inline]] inline float32x4_t load_inputs(const float* from) {
-    if constexpr (inputs == 4) return vld1q_f32(from);
-    if constexpr (inputs == 2) return vcombine_f32(vld1_f32(from), vdup_n_f32(0.0F));
-    return vld1q_dup_f32(from);
-}
-
-template <int lane, std::size_t... p>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, float32x4_t* sums, std::size_t vectors,
-                                                float32x4_t weights, const float32x4_t* inputs) {
-    ((sums[p * vectors] = multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
-}
-
-/// Multiply-adds one input of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
-template <int lane, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
-                                                const float* weights, const float32x4_t* inputs) {
-    (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
-}
-
-/// Multiply-adds sizeof...(lane) inputs of every pixel.
-template <int... lane, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
-                                                std::index_sequence<v...> vectors, float32x4_t* sums, const float*& weights,
-                                                const float*& inputs, std::size_t stride) {
-    const float32x4_t x[] = {load_inputs<sizeof...(lane)>(inputs + p * stride)...};
-    (multiply_add<lane>(pixels, vectors, sums, weights, x), ...);
-    inputs += sizeof...(lane);
-    weights += sizeof...(lane) * sizeof...(v) * conv_width;
-}
+    template <int lane>
+    [[gnu::always_inline]] static float32x4_t multiply_add(float32x4_t sums, float32x4_t weights, float32x4_t inputs) {
+        return vfmaq_laneq_f32(sums, weights, inputs, lane);
+    }
+    template <std::size_t count>
+    [[gnu::always_inline]] static float32x4_t load_inputs(const float* from) {
+        if constexpr (count == 4) return vld1q_f32(from);
+        if constexpr (count == 2) return vcombine_f32(vld1_f32(from), vdup_n_f32(0.0F));
+        return vld1q_dup_f32(from);
+    }
+};
 
 [[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
@@ -6059,15 +6009,9 @@ struct conv_f32_tiles {
         float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* x = input.rows[r] + first_pixel * stride;
-            for (std::size_t i = input.inputs / 4; i > 0; --i)
-                multiply_add(std::make_integer_sequence<int, 4>{}, pixels_of_tile, vectors, sums, weights, x, stride);
-            if (input.inputs % 4 >= 2)
-                multiply_add(std::make_integer_sequence<int, 2>{}, pixels_of_tile, vectors, sums, weights, x, stride);
-            if (input.inputs % 2 == 1)
-                multiply_add(std::make_integer_sequence<int, 1>{}, pixels_of_tile, vectors, sums, weights, x, stride);
-        }
+        for (std::size_t r = 0; r < input.row_count; ++r)
+            multiply_add_groups<conv_products>(pixels_of_tile, vectors, sums, weights, input.rows[r] + first_pixel * stride,
+                                               stride, input.inputs);
         (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
     }
 };
@@ -6256,13 +6200,13 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// Packs weights for conv_f32().
 ///
 /// target   instruction set to pack for; must be available (is_available()), else raises invalid_option
-/// weights  outputs x rows x inputs, row-major, finite
+/// weights  outputs x rows x inputs, row-major, finite; at least one input
 /// bias     outputs
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// after    activation to apply after the bias
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
-    LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
+    LDI_ASSERT(!bias.empty() && rows >= 1 && !weights.empty() && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
     check_available("pack_conv_f32", kernel.set);
@@ -7079,7 +7023,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// target             instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
-/// zero_points        one per input of a piece (see `rows`); the same for all pieces
+/// zero_points        one per input of a piece (see `rows`), at least one; the same for all pieces
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// after              activation to apply after the bias
@@ -7087,7 +7031,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
                                     activation after, std::uint8_t result_zero_point) {
-    LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1);
+    LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1 && !zero_points.empty());
     LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= max_conv_u8_inputs);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     LDI_ASSERT(
@@ -7511,8 +7455,23 @@ template <std::size_t channels>
     store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
 }
 
-// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp.
+#define LDI_LANES(operation) _mm256_##operation
+// Vectors of depthwise_u8: interleaved inputs and sums. Each x86 instruction set includes this file inside its namespace and
+// target region, after detail/lanes_*.hpp, with LDI_LANES as in detail/generic/lanes_x86.hpp.
+
+/// Four vectors of 32-bit values.
+struct four_vectors {
+    int_lanes v[4];
+};
+
+/// Interleaves bytes: each 32-bit value of the result contains one byte of a, of b, of c, and of d. Vector i contains bytes 4 i
+/// to 4 i + 3 of every 16.
+[[gnu::always_inline]] inline four_vectors interleave_bytes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) {
+    const int_lanes ab_low = LDI_LANES(unpacklo_epi8)(a, b), ab_high = LDI_LANES(unpackhi_epi8)(a, b);
+    const int_lanes cd_low = LDI_LANES(unpacklo_epi8)(c, d), cd_high = LDI_LANES(unpackhi_epi8)(c, d);
+    return {{LDI_LANES(unpacklo_epi16)(ab_low, cd_low), LDI_LANES(unpackhi_epi16)(ab_low, cd_low),
+             LDI_LANES(unpacklo_epi16)(ab_high, cd_high), LDI_LANES(unpackhi_epi16)(ab_high, cd_high)}};
+}
 
 /// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
 struct depthwise_results {
@@ -7523,6 +7482,8 @@ struct depthwise_results {
         return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
     }
 };
+#undef LDI_LANES
+
 // Loop of depthwise_u8 along a row. AVX2, AVX-512 and NEON include this file inside their namespace and target region, after
 // these primitives:
 //
@@ -7848,8 +7809,23 @@ template <std::size_t channels>
     }
 }
 
-// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp.
+#define LDI_LANES(operation) _mm512_##operation
+// Vectors of depthwise_u8: interleaved inputs and sums. Each x86 instruction set includes this file inside its namespace and
+// target region, after detail/lanes_*.hpp, with LDI_LANES as in detail/generic/lanes_x86.hpp.
+
+/// Four vectors of 32-bit values.
+struct four_vectors {
+    int_lanes v[4];
+};
+
+/// Interleaves bytes: each 32-bit value of the result contains one byte of a, of b, of c, and of d. Vector i contains bytes 4 i
+/// to 4 i + 3 of every 16.
+[[gnu::always_inline]] inline four_vectors interleave_bytes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) {
+    const int_lanes ab_low = LDI_LANES(unpacklo_epi8)(a, b), ab_high = LDI_LANES(unpackhi_epi8)(a, b);
+    const int_lanes cd_low = LDI_LANES(unpacklo_epi8)(c, d), cd_high = LDI_LANES(unpackhi_epi8)(c, d);
+    return {{LDI_LANES(unpacklo_epi16)(ab_low, cd_low), LDI_LANES(unpackhi_epi16)(ab_low, cd_low),
+             LDI_LANES(unpacklo_epi16)(ab_high, cd_high), LDI_LANES(unpackhi_epi16)(ab_high, cd_high)}};
+}
 
 /// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
 struct depthwise_results {
@@ -7860,6 +7836,8 @@ struct depthwise_results {
         return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
     }
 };
+#undef LDI_LANES
+
 // Loop of depthwise_u8 along a row. AVX2, AVX-512 and NEON include this file inside their namespace and target region, after
 // these primitives:
 //
@@ -8612,7 +8590,7 @@ inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t
     const std::size_t slot = weights.stride * depthwise_slot, channels = weights.channels;
     const std::size_t first_channel = vector * 4 % depthwise_block;
     const std::size_t held = channels - first_channel < 4 ? channels - first_channel : 4;
-    if (held == 4) {
+    if (held == 4) {  // a separate loop, because a test of `held` per pixel makes it 1.4 times as slow at -O2
         for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
             const v128_t values = requantize(w.sums(slot_values));
             wasm_v128_store32_lane(result, narrow(values, values, values, values), 0);
@@ -8652,9 +8630,8 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    const std::size_t result_width = (width * repeat - 1) / weights.stride + 1;
     const depthwise_rows from{{rows[0], rows[1], rows[2]}, weights.channels, width, repeat, weights.padding};
-    depthwise_u8_row(weights, from, result_width, result);
+    depthwise_u8_row(weights, from, depthwise_result_width(weights, width, repeat), result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -8697,13 +8674,14 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
                                               std::uint8_t input_zero_point, const requantization& output) {
     LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
     LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
+    const isa wanted = find_kernel(depthwise_u8_kernels, target).set;
+    check_available("pack_depthwise_u8", wanted);
     depthwise_u8_weights packed;
     packed.channels = bias.size();
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(find_kernel(depthwise_u8_kernels, target).set, weights, weight_zero_point, bias, output,
-                                          packed.fast);
+    packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     find_kernel(depthwise_u8_kernels, packed.target).pack(packed, source);
     return packed;
@@ -8717,6 +8695,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
+    LDI_ASSERT(repeat >= 1 && repeat <= 4);
     if (width == 0) return;
     find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }
@@ -8773,8 +8752,11 @@ struct gemm_u8_weights {
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
     requantization output;      ///< on NEON, `bias` and the multiplier are negated if `narrow` is
     /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, it has the constants of an
-    /// unfused_requantization, or a scale of 0 if none is exact; the kernel then uses `output`. Scalar and NEON do not use it.
+    /// unfused_requantization. Scalar and NEON do not use it.
     float_requantization fast;
+
+    /// On WebAssembly, whether an unfused form is exact. If not, `fast` is empty, and the kernel requantizes in integers.
+    bool has_float_form() const { return fast.scale != 0; }
 
     /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
@@ -9142,6 +9124,20 @@ struct gemm_kernel : gemm_results {
 };
 using gemm_half_kernel = gemm_kernel;
 
+// Requantization of gemm_u8 with a zero point of 0. AVX2 and AVX-512 include this file inside their namespace and target region,
+// after detail/lanes_*.hpp.
+
+struct rectifier {
+    float_lanes scale, offset;
+
+    explicit rectifier(const float_requantization& r)
+        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
+
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return truncate(fused(to_float(sums), scale, offset)); }
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        return pack_bytes(pack_words(a, b), pack_words(c, d));
+    }
+};
 // Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
 // target region, after these definitions:
 //
@@ -9384,6 +9380,20 @@ struct gemm_kernel_of {
 using gemm_kernel = gemm_kernel_of<false>;
 using gemm_half_kernel = gemm_kernel_of<true>;
 
+// Requantization of gemm_u8 with a zero point of 0. AVX2 and AVX-512 include this file inside their namespace and target region,
+// after detail/lanes_*.hpp.
+
+struct rectifier {
+    float_lanes scale, offset;
+
+    explicit rectifier(const float_requantization& r)
+        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
+
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return truncate(fused(to_float(sums), scale, offset)); }
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        return pack_bytes(pack_words(a, b), pack_words(c, d));
+    }
+};
 // Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
 // target region, after these definitions:
 //
@@ -9697,39 +9707,24 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 using gemm_vector = int32x4_t;
 [[gnu::always_inline]] inline int32x4_t load_bias(const std::int32_t* from) { return load(from); }
 
-/// Loads 4, 8 or 16 inputs into the first lanes.
-template <std::size_t groups>
-[[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
-    if constexpr (groups == 4) return to_signed(vld1q_u8(from));
-    if constexpr (groups == 2) return to_signed(vcombine_u8(vld1_u8(from), vdup_n_u8(0)));
-    std::uint32_t four = 0;
-    std::memcpy(&four, from, sizeof four);
-    return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
-}
+/// The primitives that multiply_add_groups() requires.
+struct gemm_products {
+    static constexpr std::size_t group = gemm_group;
+    using inputs_type = int8x16_t;
 
-template <int group, std::size_t... p>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, int32x4_t* sums, std::size_t vectors,
-                                                int8x16_t weights, const int8x16_t* inputs) {
-    ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
-}
-
-/// Multiply-adds four inputs of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
-template <int group, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
-                                                const std::int8_t* weights, const int8x16_t* inputs) {
-    (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
-}
-
-/// Multiply-adds sizeof...(group) groups of four inputs for every pixel.
-template <int... group, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
-                                                std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
-                                                const std::uint8_t*& inputs, std::size_t stride) {
-    const int8x16_t x[] = {load_inputs<sizeof...(group)>(inputs + p * stride)...};
-    (multiply_add<group>(pixels, vectors, sums, weights, x), ...);
-    inputs += sizeof...(group) * gemm_group;
-    weights += sizeof...(group) * sizeof...(v) * 16;
-}
+    template <int lane>
+    [[gnu::always_inline]] static int32x4_t multiply_add(int32x4_t sums, int8x16_t weights, int8x16_t inputs) {
+        return add_products_with<lane>(sums, weights, inputs);
+    }
+    template <std::size_t count>
+    [[gnu::always_inline]] static int8x16_t load_inputs(const std::uint8_t* from) {
+        if constexpr (count == 4) return to_signed(vld1q_u8(from));
+        if constexpr (count == 2) return to_signed(vcombine_u8(vld1_u8(from), vdup_n_u8(0)));
+        std::uint32_t four = 0;
+        std::memcpy(&four, from, sizeof four);
+        return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
+    }
+};
 
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_pixel(const int32x4_t* sums, const Requantizer& requantize, std::size_t held,
@@ -9743,11 +9738,7 @@ struct gemm_kernel {
     [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
                                                    int32x4_t* sums, const std::uint8_t* x, const gemm_panel& panel,
                                                    const std::int8_t*& weights) {
-        const std::size_t stride = panel.pixel_stride;
-        for (std::size_t g = panel.groups / 4; g > 0; --g)
-            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-        if (panel.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-        if (panel.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+        multiply_add_groups<gemm_products>(pixels, vectors, sums, weights, x, panel.pixel_stride, panel.groups);
     }
 
     template <class Requantizer, std::size_t... p, std::size_t... v>
@@ -9931,7 +9922,7 @@ struct widened_pixels {
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs) {
         for (std::size_t s = 0; s < segment_count; ++s) starts[s] = values + s * segment_stride;
-        const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
+        const std::size_t fit = (segment_stride - weights.inputs - 1) / (pixel_stride > 0 ? pixel_stride : 1) + 1;
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
@@ -10156,8 +10147,8 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
                                      std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
                                                        gemm_u8_single_output<false>, gemm_u8_single_output<true>};
-    kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.fast.scale != 0}](weights, segments, pixel_stride,
-                                                                                              pixels, result);
+    kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.has_float_form()}](weights, segments, pixel_stride,
+                                                                                               pixels, result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -10190,9 +10181,10 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             requested instruction set. If its kernel is not exact for this layer, the function packs for a slower set;
-///                    the result's `target` names the set that was used. VNNI and NEON are not exact for weights beyond 8 signed
-///                    bits, x86 for a requantization without a float form
+/// target             requested instruction set; must be available (is_available()), else raises invalid_option. If its kernel is
+///                    not exact for this layer, the function packs for a slower set; the result's `target` names the set that was
+///                    used. VNNI and NEON are not exact for weights beyond 8 signed bits, x86 for a requantization without a
+///                    float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -10205,12 +10197,13 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
                                     const requantization& output) {
     LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
+    const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
+    check_available("pack_gemm_u8", kernel.set);
     gemm_u8_weights packed;
     packed.segments = segments;
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
     packed.output = output;
-    const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
     const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     if (wanted == isa::wasm_simd128 && packed.target == isa::scalar && segments * packed.inputs <= detail::max_unfused_inputs)
@@ -11530,7 +11523,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled; missing pixels count as zero
+/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled, with zeros at pixels without a parent
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);
@@ -11805,7 +11798,7 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
 ///         the inputs of a segment, which the plan does not read
 ///
-/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks one of these pixels.
+/// Raises mismatch if the subset belongs to a graph with a different number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
     detail::check_graph_of(inputs, parts.input_count);
@@ -14968,7 +14961,7 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
 }
 
 // Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
-// third surfaces do not change.
+// other surfaces do not change.
 inline void change_sides(const traced_curve& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -15016,10 +15009,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
-/// the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty.
-/// Memory is 10 bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the
-/// uncertainty per pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, and invalid_option if the uncertainty is not in [0, 256] or the stiffness
+/// is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty. Memory is 10
+/// bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each
+/// pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -15392,9 +15385,10 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/step_band.hpp
-// Finds the band of pixels beside the sharp steps of a disparity map. In this band, the silhouette network assigns pixels to the
-// front or the back. A step is described by a curve of pixels, each with a front and a back disparity. The band stores the
-// nearest curve pixel for each of its pixels. examples/training/silhouettes/README.md defines the same band for training.
+// Finds the pixels beside the sharp steps of a disparity map, for the silhouette network. The network reads the pixels of a
+// region, and assigns those of a narrower band to the front or the back. A step is described by a curve of pixels, each with a
+// front and a back disparity. step_band stores the nearest curve pixel for each pixel of the region.
+// examples/training/silhouettes/README.md defines the same band and region for training.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16482,8 +16476,8 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 ///
-/// Raises invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
-/// sample.
+/// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
+/// Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
@@ -17940,8 +17934,9 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it. Then each pixel of the first and the last row, old or new, continues upward or downward.
+/// Lays out old and new pixels in canonical order, row by row from the top. Each run that reaches the left or the right border
+/// continues past it. Each pixel of the first row continues upward, and each pixel of the last row downward. This includes the
+/// new pixels of these rows, so the corners are filled.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -19660,9 +19655,10 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
-/// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
-/// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. A pixel stays inpainted if
+/// its foreground is distinguishable and makes up more than an eighth of the pixel's own color. This share is measured on the
+/// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
+/// experiment.)
 ///
 /// layers  on the photo's lattice
 /// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
@@ -20084,8 +20080,9 @@ private:
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
-// Pixels that constraints 1 and 3 may keep out of a chart join it last, ordered by depth, nearest first. The surface that the
-// photo shows then stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
+// Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
+// pixels. Contested pixels join a chart after all others, nearest first. The surface that the photo shows then stays in one
+// piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
 // background's hidden part would reach the end of a silhouette before the front surface, and cut a piece out of the front
 // surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
@@ -22539,7 +22536,8 @@ struct waiting_chain {
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// Nodes of all chains, and the triangles cut off from them. Keep an object to reuse its memory.
+/// Stores the vertices and links of all chains, and adds the triangles that it cuts off to the caller's triangulation. Keep an
+/// object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
@@ -22669,9 +22667,9 @@ struct polygon_conflict {
 /// Triangulates polygons. Keep an object to reuse its memory.
 class triangulator {
 public:
-    /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
-    /// degenerate. Returns the conflict if the polygon crosses itself, or touches itself where it must not; `result` is then
-    /// invalid.
+    /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
+    /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
+    /// conflict; `result` is then invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -27009,7 +27007,7 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", printable(a.name));
+            refuse(a, "a name with an underscore, then 1 to 63 capital letters, digits or underscores", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));

@@ -46,7 +46,7 @@ for file in "${tests[@]}"; do
     name=$(basename "$file" .cpp)
     count_step "$name with the dot product extension" with_dot_product "$name"
 done
-for name in gemm_u8 depthwise_u8 add_u8 conv; do
+for name in gemm_u8 depthwise_u8 add_u8 conv unavailable_sets; do
     count_step "$name without the dot product extension" without_dot_product "$name"
 done
 

@@ -8,14 +8,14 @@
 
 namespace {
 
-/// Counts how many of 24 random requantizations have this form. Compares each with the integer form on all accumulators within
-/// and slightly beyond the clamping limits, and on 2000 random ones.
+/// Counts how many of 24 random requantizations have this form. Scales are between 2^-exponents and 1. Compares each form with
+/// the integer form on all accumulators within and slightly beyond the clamping limits, and on 2000 random ones.
 template <class Find>
-int count_exact_forms(Find find) {
+int count_exact_forms(Find find, int exponents) {
     std::mt19937 random(4);
     int found = 0;
     for (int round = 0; round < 24; ++round) {
-        const float scale = std::ldexp(std::uniform_real_distribution<float>(0.5F, 0.9999F)(random), -(round % 8) - 1);
+        const float scale = std::ldexp(std::uniform_real_distribution<float>(0.5F, 0.9999F)(random), -(round % exponents));
         const ldi::requantization r =
             ldi::make_requantization(scale, static_cast<std::uint8_t>(round % 3 == 0 ? 0 : random() >> 24));
         const auto form = find(r);
@@ -36,8 +36,13 @@ int count_exact_forms(Find find) {
 }  // namespace
 
 TEST_CASE("a float form of requantization, fused or not, matches the integer form on every tested accumulator") {
-    CHECK(count_exact_forms(ldi::find_float_requantization) >= 20);
-    CHECK(count_exact_forms(ldi::find_unfused_requantization) >= 20);
+    CHECK(count_exact_forms(ldi::find_float_requantization, 9) >= 20);
+    CHECK(count_exact_forms(ldi::find_unfused_requantization, 9) >= 20);
+}
+
+TEST_CASE("nearly all scales from 0.5 to 1 have a float form of requantization") {
+    CHECK(count_exact_forms(ldi::find_float_requantization, 1) >= 22);
+    CHECK(count_exact_forms(ldi::find_unfused_requantization, 1) >= 22);
 }
 
 TEST_CASE("checkpoints are the last accumulator before and the first after every step of the integer form") {

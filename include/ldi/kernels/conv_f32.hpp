@@ -38,13 +38,13 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// Packs weights for conv_f32().
 ///
 /// target   instruction set to pack for; must be available (is_available()), else raises invalid_option
-/// weights  outputs x rows x inputs, row-major, finite
+/// weights  outputs x rows x inputs, row-major, finite; at least one input
 /// bias     outputs
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// after    activation to apply after the bias
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
-    LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
+    LDI_ASSERT(!bias.empty() && rows >= 1 && !weights.empty() && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
     check_available("pack_conv_f32", kernel.set);

@@ -44,7 +44,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// target             instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
-/// zero_points        one per input of a piece (see `rows`); the same for all pieces
+/// zero_points        one per input of a piece (see `rows`), at least one; the same for all pieces
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// after              activation to apply after the bias
@@ -52,7 +52,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
                                     activation after, std::uint8_t result_zero_point) {
-    LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1);
+    LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1 && !zero_points.empty());
     LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= max_conv_u8_inputs);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     LDI_ASSERT(

@@ -47,13 +47,14 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
                                               std::uint8_t input_zero_point, const requantization& output) {
     LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
     LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
+    const isa wanted = find_kernel(depthwise_u8_kernels, target).set;
+    check_available("pack_depthwise_u8", wanted);
     depthwise_u8_weights packed;
     packed.channels = bias.size();
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(find_kernel(depthwise_u8_kernels, target).set, weights, weight_zero_point, bias, output,
-                                          packed.fast);
+    packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     find_kernel(depthwise_u8_kernels, packed.target).pack(packed, source);
     return packed;
@@ -67,6 +68,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
+    LDI_ASSERT(repeat >= 1 && repeat <= 4);
     if (width == 0) return;
     find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }

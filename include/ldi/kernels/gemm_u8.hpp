@@ -36,9 +36,10 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             requested instruction set. If its kernel is not exact for this layer, the function packs for a slower set;
-///                    the result's `target` names the set that was used. VNNI and NEON kernels are not exact if the weights do
-///                    not fit in signed bytes, even negated. x86 kernels are not exact if the requantization has no float form
+/// target             requested instruction set; must be available (is_available()), else raises invalid_option. If its kernel is
+///                    not exact for this layer, the function packs for a slower set; the result's `target` names the set that was
+///                    used. VNNI and NEON kernels are not exact if the weights do not fit in signed bytes, even negated. x86
+///                    kernels are not exact if the requantization has no float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -51,12 +52,13 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
                                     const requantization& output) {
     LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
+    const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
+    check_available("pack_gemm_u8", kernel.set);
     gemm_u8_weights packed;
     packed.segments = segments;
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
     packed.output = output;
-    const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
     const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     if (wanted == isa::wasm_simd128 && packed.target == isa::scalar && segments * packed.inputs <= detail::max_unfused_inputs)

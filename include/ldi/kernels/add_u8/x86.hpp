@@ -16,7 +16,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace avx2 {
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+#define LDI_LANES(operation) _mm256_##operation
 #include <ldi/kernels/add_u8/generic/adders_x86.hpp>
+#undef LDI_LANES
 #include <ldi/kernels/add_u8/generic/walk.hpp>
 #include <ldi/kernels/add_u8/generic/walk_forms.hpp>
 LDI_END_TARGET
@@ -24,7 +26,9 @@ LDI_END_TARGET
 
 namespace avx512vnni {
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+#define LDI_LANES(operation) _mm512_##operation
 #include <ldi/kernels/add_u8/generic/adders_x86.hpp>
+#undef LDI_LANES
 #include <ldi/kernels/add_u8/generic/walk.hpp>
 #include <ldi/kernels/add_u8/generic/walk_forms.hpp>
 LDI_END_TARGET

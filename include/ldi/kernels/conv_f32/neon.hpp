@@ -19,42 +19,22 @@ inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-template <int lane>
-[[gnu::always_inline]] inline float32x4_t multiply_add(float32x4_t sums, float32x4_t weights, float32x4_t inputs) {
-    return vfmaq_laneq_f32(sums, weights, inputs, lane);
-}
+/// The primitives that multiply_add_groups() requires.
+struct conv_products {
+    static constexpr std::size_t group = 1;
+    using inputs_type = float32x4_t;
 
-/// Loads one, two or four inputs into the first lanes. The other lanes are not used.
-template <std::size_t inputs>
-[[gnu::always_inline]] inline float32x4_t load_inputs(const float* from) {
-    if constexpr (inputs == 4) return vld1q_f32(from);
-    if constexpr (inputs == 2) return vcombine_f32(vld1_f32(from), vdup_n_f32(0.0F));
-    return vld1q_dup_f32(from);
-}
-
-template <int lane, std::size_t... p>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, float32x4_t* sums, std::size_t vectors,
-                                                float32x4_t weights, const float32x4_t* inputs) {
-    ((sums[p * vectors] = multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
-}
-
-/// Multiply-adds one input of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
-template <int lane, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
-                                                const float* weights, const float32x4_t* inputs) {
-    (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
-}
-
-/// Multiply-adds sizeof...(lane) inputs of every pixel.
-template <int... lane, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
-                                                std::index_sequence<v...> vectors, float32x4_t* sums, const float*& weights,
-                                                const float*& inputs, std::size_t stride) {
-    const float32x4_t x[] = {load_inputs<sizeof...(lane)>(inputs + p * stride)...};
-    (multiply_add<lane>(pixels, vectors, sums, weights, x), ...);
-    inputs += sizeof...(lane);
-    weights += sizeof...(lane) * sizeof...(v) * conv_width;
-}
+    template <int lane>
+    [[gnu::always_inline]] static float32x4_t multiply_add(float32x4_t sums, float32x4_t weights, float32x4_t inputs) {
+        return vfmaq_laneq_f32(sums, weights, inputs, lane);
+    }
+    template <std::size_t count>
+    [[gnu::always_inline]] static float32x4_t load_inputs(const float* from) {
+        if constexpr (count == 4) return vld1q_f32(from);
+        if constexpr (count == 2) return vcombine_f32(vld1_f32(from), vdup_n_f32(0.0F));
+        return vld1q_dup_f32(from);
+    }
+};
 
 [[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
@@ -85,15 +65,9 @@ struct conv_f32_tiles {
         float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* x = input.rows[r] + first_pixel * stride;
-            for (std::size_t i = input.inputs / 4; i > 0; --i)
-                multiply_add(std::make_integer_sequence<int, 4>{}, pixels_of_tile, vectors, sums, weights, x, stride);
-            if (input.inputs % 4 >= 2)
-                multiply_add(std::make_integer_sequence<int, 2>{}, pixels_of_tile, vectors, sums, weights, x, stride);
-            if (input.inputs % 2 == 1)
-                multiply_add(std::make_integer_sequence<int, 1>{}, pixels_of_tile, vectors, sums, weights, x, stride);
-        }
+        for (std::size_t r = 0; r < input.row_count; ++r)
+            multiply_add_groups<conv_products>(pixels_of_tile, vectors, sums, weights, input.rows[r] + first_pixel * stride,
+                                               stride, input.inputs);
         (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
     }
 };

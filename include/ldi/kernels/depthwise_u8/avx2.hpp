@@ -57,7 +57,10 @@ template <std::size_t channels>
     store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
 }
 
-#include <ldi/kernels/depthwise_u8/generic/results_x86.hpp>
+#define LDI_LANES(operation) _mm256_##operation
+#include <ldi/kernels/depthwise_u8/generic/vectors_x86.hpp>
+#undef LDI_LANES
+
 #include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 /// The weights of one unit.

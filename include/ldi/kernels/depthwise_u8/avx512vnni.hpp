@@ -73,7 +73,10 @@ template <std::size_t channels>
     }
 }
 
-#include <ldi/kernels/depthwise_u8/generic/results_x86.hpp>
+#define LDI_LANES(operation) _mm512_##operation
+#include <ldi/kernels/depthwise_u8/generic/vectors_x86.hpp>
+#undef LDI_LANES
+
 #include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 /// The weights of one unit.

@@ -3,17 +3,25 @@
 
 #include <ldi/base/config.hpp>
 #include <ldi/kernels/cpu_feature.hpp>
-#include <ldi/kernels/detail/cpuid.hpp>
 #include <ldi/kernels/detail/dot_product_extension.hpp>
 #include <ldi/kernels/detail/target.hpp>
+
+#include <cstdint>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
+/// Returns register EAX after CPUID. The macros of <cpuid.h> would break __cpuid() of <intrin.h> in programs for Windows.
+inline std::uint32_t cpuid_eax(std::uint32_t leaf, std::uint32_t subleaf) {
+    std::uint32_t b = 0, d = 0;
+    asm volatile("cpuid" : "+a"(leaf), "=b"(b), "+c"(subleaf), "=d"(d));
+    return leaf;
+}
+
 /// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so an
 /// operating system that supports AVX2 supports it, too.
 inline bool has_avx_vnni() {
-    static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
+    static const bool found = cpuid_eax(0, 0) >= 7 && cpuid_eax(7, 0) >= 1 && (cpuid_eax(7, 1) >> 4U & 1U) != 0;
     return found;
 }
 #endif

@@ -1,4 +1,5 @@
-// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
+// Shared parts of the NEON kernels: the dot product, products of tiles, requantization of 32-bit sums, and the loops of
+// convolutions. NEON has
 // instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to 4 instructions for 4
 // values, fewer than the float form on other instruction sets, and is exact for every scale.
 #pragma once
@@ -38,6 +39,52 @@ template <int lane>
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
+
+// Products of tiles. The class Products has these members:
+//
+//     group                                      inputs per lane of a vector of inputs, and weights per output
+//     inputs_type                                vector of inputs, and of weights of 4 outputs
+//     load_inputs<count>(from)                   loads 1, 2 or 4 groups of inputs into the first lanes
+//     multiply_add<lane>(sums, weights, inputs)  multiply-adds the weights of 4 outputs and one lane of the inputs
+
+/// Multiply-adds one lane of every pixel's inputs to one vector of sums per pixel.
+template <class Products, int lane, class Sums, class Inputs, std::size_t... p>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, Sums* sums, std::size_t vectors, Inputs weights,
+                                                const Inputs* inputs) {
+    ((sums[p * vectors] = Products::template multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
+}
+
+/// Multiply-adds one lane of every pixel's inputs. Loads one vector of weights at a time, so that weights occupy one register.
+template <class Products, int lane, class Sums, class Weight, class Inputs, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, Sums* sums,
+                                                const Weight* weights, const Inputs* inputs) {
+    constexpr std::size_t vector = 4 * Products::group;
+    (multiply_add<Products, lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * vector), inputs),
+     ...);
+}
+
+/// Multiply-adds sizeof...(lane) groups of inputs of every pixel.
+template <class Products, int... lane, class Sums, class Weight, class Input, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
+                                                std::index_sequence<v...> vectors, Sums* sums, const Weight*& weights,
+                                                const Input*& inputs, std::size_t stride) {
+    const typename Products::inputs_type x[] = {Products::template load_inputs<sizeof...(lane)>(inputs + p * stride)...};
+    (multiply_add<Products, lane>(pixels, vectors, sums, weights, x), ...);
+    inputs += sizeof...(lane) * Products::group;
+    weights += sizeof...(lane) * sizeof...(v) * 4 * Products::group;
+}
+
+/// Multiply-adds `groups` groups of inputs of every pixel, and moves `weights` behind them.
+template <class Products, class Pixels, class Vectors, class Sums, class Weight, class Input>
+[[gnu::always_inline]] inline void multiply_add_groups(Pixels pixels, Vectors vectors, Sums* sums, const Weight*& weights,
+                                                       const Input* inputs, std::size_t stride, std::size_t groups) {
+    for (std::size_t i = groups / 4; i > 0; --i)
+        multiply_add<Products>(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, inputs, stride);
+    if (groups % 4 >= 2)
+        multiply_add<Products>(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, inputs, stride);
+    if (groups % 2 == 1)
+        multiply_add<Products>(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, inputs, stride);
+}
 
 /// Subtracts 128 from activations, because sdot multiplies signed bytes. The packed biases or offsets compensate for this.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {

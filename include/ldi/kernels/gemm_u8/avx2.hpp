@@ -142,6 +142,7 @@ struct gemm_kernel : gemm_results {
 };
 using gemm_half_kernel = gemm_kernel;
 
+#include <ldi/kernels/gemm_u8/generic/rectifier_x86.hpp>
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 /// Computes the sum of one pixel and one output.

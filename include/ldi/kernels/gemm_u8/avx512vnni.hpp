@@ -117,6 +117,7 @@ struct gemm_kernel_of {
 using gemm_kernel = gemm_kernel_of<false>;
 using gemm_half_kernel = gemm_kernel_of<true>;
 
+#include <ldi/kernels/gemm_u8/generic/rectifier_x86.hpp>
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 /// Computes 16 partial sums of one pixel and one output.

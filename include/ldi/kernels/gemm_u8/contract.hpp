@@ -32,8 +32,11 @@ struct gemm_u8_weights {
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
     requantization output;      ///< on NEON, `bias` and the multiplier are negated if `narrow` is
     /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, it has the constants of an
-    /// unfused_requantization, or a scale of 0 if none is exact; the kernel then uses `output`. Scalar and NEON do not use it.
+    /// unfused_requantization. Scalar and NEON do not use it.
     float_requantization fast;
+
+    /// On WebAssembly, whether an unfused form is exact. If not, `fast` is empty, and the kernel requantizes in integers.
+    bool has_float_form() const { return fast.scale != 0; }
 
     /// Whether the lanes of AVX2, AVX-512 and WebAssembly contain inputs instead of outputs: for a single output with enough
     /// inputs to fill a vector.

@@ -40,39 +40,24 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 using gemm_vector = int32x4_t;
 [[gnu::always_inline]] inline int32x4_t load_bias(const std::int32_t* from) { return load(from); }
 
-/// Loads 4, 8 or 16 inputs into the first lanes.
-template <std::size_t groups>
-[[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
-    if constexpr (groups == 4) return to_signed(vld1q_u8(from));
-    if constexpr (groups == 2) return to_signed(vcombine_u8(vld1_u8(from), vdup_n_u8(0)));
-    std::uint32_t four = 0;
-    std::memcpy(&four, from, sizeof four);
-    return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
-}
+/// The primitives that multiply_add_groups() requires.
+struct gemm_products {
+    static constexpr std::size_t group = gemm_group;
+    using inputs_type = int8x16_t;
 
-template <int group, std::size_t... p>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, int32x4_t* sums, std::size_t vectors,
-                                                int8x16_t weights, const int8x16_t* inputs) {
-    ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
-}
-
-/// Multiply-adds four inputs of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
-template <int group, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
-                                                const std::int8_t* weights, const int8x16_t* inputs) {
-    (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
-}
-
-/// Multiply-adds sizeof...(group) groups of four inputs for every pixel.
-template <int... group, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
-                                                std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
-                                                const std::uint8_t*& inputs, std::size_t stride) {
-    const int8x16_t x[] = {load_inputs<sizeof...(group)>(inputs + p * stride)...};
-    (multiply_add<group>(pixels, vectors, sums, weights, x), ...);
-    inputs += sizeof...(group) * gemm_group;
-    weights += sizeof...(group) * sizeof...(v) * 16;
-}
+    template <int lane>
+    [[gnu::always_inline]] static int32x4_t multiply_add(int32x4_t sums, int8x16_t weights, int8x16_t inputs) {
+        return add_products_with<lane>(sums, weights, inputs);
+    }
+    template <std::size_t count>
+    [[gnu::always_inline]] static int8x16_t load_inputs(const std::uint8_t* from) {
+        if constexpr (count == 4) return to_signed(vld1q_u8(from));
+        if constexpr (count == 2) return to_signed(vcombine_u8(vld1_u8(from), vdup_n_u8(0)));
+        std::uint32_t four = 0;
+        std::memcpy(&four, from, sizeof four);
+        return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
+    }
+};
 
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_pixel(const int32x4_t* sums, const Requantizer& requantize, std::size_t held,
@@ -86,11 +71,7 @@ struct gemm_kernel {
     [[gnu::always_inline]] static void add_segment(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
                                                    int32x4_t* sums, const std::uint8_t* x, const gemm_panel& panel,
                                                    const std::int8_t*& weights) {
-        const std::size_t stride = panel.pixel_stride;
-        for (std::size_t g = panel.groups / 4; g > 0; --g)
-            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-        if (panel.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-        if (panel.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+        multiply_add_groups<gemm_products>(pixels, vectors, sums, weights, x, panel.pixel_stride, panel.groups);
     }
 
     template <class Requantizer, std::size_t... p, std::size_t... v>

@@ -41,7 +41,7 @@ struct widened_pixels {
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs) {
         for (std::size_t s = 0; s < segment_count; ++s) starts[s] = values + s * segment_stride;
-        const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
+        const std::size_t fit = (segment_stride - weights.inputs - 1) / (pixel_stride > 0 ? pixel_stride : 1) + 1;
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
@@ -186,8 +186,8 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
                                      std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
                                                        gemm_u8_single_output<false>, gemm_u8_single_output<true>};
-    kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.fast.scale != 0}](weights, segments, pixel_stride,
-                                                                                              pixels, result);
+    kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.has_float_form()}](weights, segments, pixel_stride,
+                                                                                               pixels, result);
 }
 
 }}}  // namespace ldi::wasm_simd128

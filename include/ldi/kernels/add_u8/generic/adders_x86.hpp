@@ -1,5 +1,5 @@
 // Adds two tensors in float or in integers. Each x86 instruction set includes this file inside its namespace and target region,
-// after detail/lanes_*.hpp.
+// after detail/lanes_*.hpp, with LDI_LANES as in detail/generic/lanes_x86.hpp.
 
 struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
@@ -18,16 +18,31 @@ struct float_adder {
     }
 };
 
+/// Applies add_quantized() to vectors.
 struct integer_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
-    integer_addition sum;
+    int_lanes bias, a_multiplier, b_multiplier, zero_point;
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_adder(const add_u8_constants& constants) : sum(constants.exact) {}
+    explicit integer_adder(const add_u8_constants& sum)
+        : bias(spread(sum.exact.bias)),
+          a_multiplier(spread(sum.exact.a_multiplier)),
+          b_multiplier(spread(sum.exact.b_multiplier)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
+          shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
+    /// makes it round their halves down, away from zero.
+    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
+                                                        LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
+        const int_lanes sums = LDI_LANES(add_epi32)(products, bias);
+        const int_lanes lowered = LDI_LANES(add_epi32)(sums, LDI_LANES(srai_epi32)(sums, 31));
+        const int_lanes twice = LDI_LANES(sra_epi32)(lowered, shift);
+        return LDI_LANES(srai_epi32)(LDI_LANES(add_epi32)(twice, spread(1)), 1);
+    }
     [[gnu::always_inline]] int_lanes words(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
-        const std::size_t second = first + lane_count;
-        const int_lanes low = sum(load_bytes(a + first), load_bytes(b + first));
-        return sum.add_zero_point(pack_words(low, sum(load_bytes(a + second), load_bytes(b + second))));
+        return LDI_LANES(adds_epi16)(pack_words(lanes(a, b, first), lanes(a, b, first + lane_count)), zero_point);
     }
     [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
         store(result, gather_lanes(pack_bytes(words(a, b, 0), words(a, b, 2 * lane_count))));
