@@ -83,12 +83,12 @@ static_assert(!has_a_fitting_rule<rules_of_int32> && !has_a_fitting_rule<rules_o
 static_assert(detail::check_rules<fitting_rules>() && detail::has_new_pixel<fitting_rules> &&
               detail::has_coarser<fitting_rules> && detail::has_at_vertex<fitting_rules>);
 
-// Means of these types have no meaning, so that averaged() refuses them.
-enum class kind : std::uint8_t { soil, water };
-static_assert(averageable<float> && averageable<std::int32_t> && averageable<std::uint8_t> && averageable<bool>);
-static_assert(!averageable<std::int64_t> && !averageable<std::uint64_t> && !averageable<kind> && !averageable<std::string>);
+enum class material : std::uint8_t { wood, stone };
+static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);
+static_assert(!averageable<std::int64_t> && !averageable<material> && !averageable<std::string>,
+              "a mean of identifiers or texts has no meaning");
 
-/// The same pixels, `channels` values each.
+/// Pixels with these values, `channels` each.
 template <std::size_t channels, class Scalar>
 pixel_values<Scalar, channels> pixels_of(const std::vector<Scalar>& values) {
     return {array_view<const Scalar>(values.data(), values.size())};

@@ -179,11 +179,6 @@ static_assert(offers_column<photo_layer, color_column> && !offers_column<photo_l
 static_assert(offers_column<layered_view<color_column>, color_column> &&
               !offers_column<layered_view<color_column>, normal_column>);
 
-enum class material : std::uint8_t { wood, stone };
-static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);
-static_assert(!averageable<std::int64_t> && !averageable<material> && !averageable<std::string>,
-              "a mean of identifiers or texts has no meaning");
-
 /// Checks that every column has one row per pixel, and that the topology is valid.
 template <class... Columns>
 bool is_sound(const layered_image<Columns...>& layers) {
