@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <mutex>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 using namespace ldi;
 
@@ -27,6 +29,14 @@ struct callers_executor {
 static_assert(executor<callers_executor> && executor<thread_pool> && executor<serial_executor> &&
               executor<const serial_executor>);
 static_assert(!executor<int> && !executor<const thread_pool>);
+
+/// An executor that offers several threads, but runs everything in order on the calling thread.
+struct ordered_executor {
+    std::size_t concurrency() const { return 3; }
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
+        serial_executor().run(count, function, data);
+    }
+};
 
 /// Computes values that depend only on their index, in pieces of at least `grain` values.
 template <class Executor>
@@ -66,9 +76,9 @@ TEST_CASE("the serial executor runs every index in order on the calling thread")
     CHECK(seen == std::vector<std::size_t>{0, 1, 2, 3, 4});
 }
 
-TEST_CASE("a pool has the requested number of threads, and by default at least one") {
+TEST_CASE("a pool has the requested number of threads, and by default one per processor") {
     for (std::size_t threads = 1; threads <= 8; ++threads) CHECK(thread_pool(threads).concurrency() == threads);
-    CHECK(thread_pool().concurrency() >= 1);
+    CHECK(thread_pool().concurrency() == std::max(std::thread::hardware_concurrency(), 1U));
 }
 
 TEST_CASE("a pool runs every index exactly once") {
@@ -178,6 +188,31 @@ TEST_CASE("an exception never passes through the caller's executor") {
     REQUIRE_THROWS_WITH(parallel_for(own, 1000, 1, body), "piece of 500");
     serial_executor serial;
     CHECK(filled(own, 300, 1) == filled(serial, 300, 1));
+}
+
+TEST_CASE("run() of a pool with one thread stops at the first call that throws, and rethrows its exception") {
+    thread_pool pool(1);
+    for (std::size_t last = 0; last < 10; ++last) {
+        std::pair<std::size_t, std::size_t> calls_and_last{0, last};
+        const auto call = [](void* data, std::size_t i) {
+            auto& [calls, throwing] = *static_cast<std::pair<std::size_t, std::size_t>*>(data);
+            ++calls;
+            if (i >= throwing) throw std::runtime_error(std::to_string(i));
+        };
+        CHECK_THROWS_WITH(pool.run(10, call, &calls_and_last), std::to_string(last));
+        CHECK(calls_and_last.first == last + 1);
+    }
+}
+
+TEST_CASE("parallel_for skips the pieces after one that throws, and rethrows its exception") {
+    const ordered_executor threads;
+    std::size_t calls = 0;
+    const auto body = [&](std::size_t first, std::size_t) {
+        ++calls;
+        if (first >= 500) throw std::runtime_error("piece " + std::to_string(calls));
+    };
+    CHECK_THROWS_WITH(parallel_for(threads, 1200, 1, body), "piece 6");  // twelve pieces of 100 indices
+    CHECK(calls == 6);
 }
 
 TEST_CASE("the caller receives one exception even if every call throws") {

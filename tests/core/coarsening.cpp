@@ -333,32 +333,6 @@ TEST_CASE("the rule of each column computes the value of a coarse pixel from all
     }
 }
 
-// Only coarsen() makes level maps with pixels, and nothing changes them.
-template <class Map>
-concept can_change_map = requires(Map& m) {
-    m.kept()[0] = 1;
-}
-|| requires(Map& m) { m.parent()[0] = 1; }
-|| requires(Map& m) { m.kept().push_back(1); }
-|| requires(Map& m) { m.width() = 1; };
-static_assert(!can_change_map<level_map>);
-static_assert(!std::is_constructible_v<level_map, graph_view, buffer<std::int32_t>, buffer<std::int32_t>>);
-static_assert(!std::is_aggregate_v<level_map>);
-
-TEST_CASE("a moved-from level map is empty, and values taken from a temporary map stay valid") {
-    level_map map = coarsen(make_grid(5, 4)).map;
-    CHECK((map.width() == 5 && map.height() == 4 && map.kept().size() == 6 && map.parent().size() == 20));
-    const level_map copy = map;
-    level_map moved = std::move(map);
-    CHECK((map.width() == 0 && map.height() == 0 && map.kept().empty() && map.parent().empty()));
-    CHECK((moved.kept() == copy.kept() && moved.parent() == copy.parent()));
-    const buffer<std::int32_t> kept = std::move(moved).kept();
-    CHECK((copy.kept() == kept && moved.kept().empty() && moved.parent().empty() && moved.width() == 0));
-    std::int32_t sum = 0;
-    for (const std::int32_t p : coarsen(make_grid(2, 2)).map.parent()) sum += p + 1;
-    CHECK(sum == 4);
-}
-
 TEST_CASE("coarsen() refuses a view whose positions or links break an invariant") {
     const auto error_of = [](std::vector<std::int32_t> x, std::vector<std::int32_t> right, std::vector<std::int32_t> left) {
         const std::vector<std::int32_t> y(x.size(), 0), none(x.size(), no_pixel);

@@ -1,5 +1,7 @@
 #include <ldi/depth/level_dips.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -73,7 +75,7 @@ TEST_CASE("maps smaller than the window, and empty maps, are accepted; options o
         CHECK(ldi::level_dips(flat) == flat);
     }
     CHECK(ldi::level_dips(ldi::image<float>()).empty());
-    CHECK_THROWS_AS(ldi::level_dips(ldi::image<float>(3, 3), {.radius = -1}), ldi::error);
-    CHECK_THROWS_AS(ldi::level_dips(ldi::image<float>(3, 3), {.radius = 65}), ldi::error);
-    CHECK_THROWS_AS(ldi::level_dips(ldi::image<float>(3, 3), {.max_depth = 1.5F}), ldi::error);
+    using options = ldi::level_options;
+    for (const options& wrong : {options{.radius = -1}, {.radius = 65}, {.max_depth = 1.5F}, {.max_depth = std::nanf("")}})
+        CHECK(ldi::testing::raised([&] { ldi::level_dips(ldi::image<float>(3, 3), wrong); }) == ldi::error_code::invalid_option);
 }

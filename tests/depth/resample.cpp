@@ -1,5 +1,7 @@
 #include <ldi/depth/resample.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -100,4 +102,21 @@ TEST_CASE("resampling works for any ratio of sizes, with the same result on thre
         for (float value : fine) REQUIRE((value >= 0.2499F && value <= 0.7501F));
         REQUIRE((ldi::resample_to_photo(map, photo, {}, {}, threads) == fine));
     }
+}
+
+TEST_CASE("a resampling sigma of 0, below 0 or NaN is refused, and so are maps and photos with other channels") {
+    const auto error_for = [](const ldi::resample_options& options, std::size_t map_channels = 1,
+                              std::size_t photo_channels = 3) {
+        return ldi::testing::raised([&] {
+            const ldi::image<float> map(2, 2, map_channels, 0.5F);
+            ldi::resample_to_photo(map, ldi::image<std::uint8_t>(4, 4, photo_channels), {}, options);
+        });
+    };
+    for (const float wrong : {0.0F, -1.0F, std::nanf("")}) {
+        CHECK(error_for({.spatial_sigma = wrong}) == ldi::error_code::invalid_option);
+        CHECK(error_for({.color_sigma = wrong}) == ldi::error_code::invalid_option);
+    }
+    CHECK(error_for({}, 2, 3) == ldi::error_code::mismatch);
+    CHECK(error_for({}, 1, 4) == ldi::error_code::mismatch);
+    CHECK_FALSE(error_for({}));
 }

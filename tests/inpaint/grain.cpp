@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -53,6 +54,26 @@ TEST_CASE("the strength of grain is that of the surrounding noise times the opti
             // rounding to integers adds 1/12 to the variance
             REQUIRE(std::abs(found - std::hypot(expected, std::sqrt(1.0 / 12))) < 0.12 * expected + 0.1);
         }
+}
+
+TEST_CASE("by default, grain has 0.6 times the strength of the surrounding noise, and at most 12 gray levels") {
+    for (const double deviation : {4.0, 8.0, 100.0}) {
+        ldi::photo_layers layers = noisy_around_a_band(deviation);
+        ldi::add_grain(layers);
+        CHECK(deviation_inside(layers) == Approx(0.6 * std::min(deviation, 20.0)).epsilon(0.12));
+    }
+}
+
+TEST_CASE("noise in red, green or blue counts as much as the channel contributes to brightness") {
+    for (const auto& [channel, weight] : {std::pair<std::size_t, double>{0, 0.299}, {1, 0.587}, {2, 0.114}}) {
+        ldi::photo_layers layers = noisy_around_a_band(16.0);
+        for (std::int32_t i = 0; i < width * height; ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                if (c != channel) layers.at<ldi::color_column>(i)[c] = 128;
+        ldi::add_grain(layers, {.strength = 1.0F, .limit = 64.0F});
+        CAPTURE(channel);
+        CHECK(deviation_inside(layers) == Approx(weight * 16.0).epsilon(0.15));
+    }
 }
 
 TEST_CASE("grain changes no color in smooth surroundings, and changes colors beside a blurred edge by at most one level") {

@@ -11,6 +11,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <random>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 using namespace ldi;
@@ -320,6 +322,40 @@ TEST_CASE("unknown pixels without similar known colors receive grain, and so do 
         all_differ = all_differ || !equal;
     }
     CHECK(all_differ);
+}
+
+TEST_CASE("the less the photo resembles a hole, the more grain replaces texture") {
+    const auto filled = [](int difference, const texture_options& texture, const grain_options& grain) {
+        std::mt19937 random(13);
+        photo_layers layers = around_a_band(
+            [&](std::int32_t, std::int32_t) {
+                const int value = 100 + testing::below(random, 13) - 6;
+                return rgb{value, value, value};
+            },
+            [&](std::int32_t, std::int32_t) {
+                return rgb{100 + difference, 100 + difference, 100 + difference};
+            });
+        add_texture(layers, texture, grain);
+        return layers;
+    };
+    const auto change = [](const photo_layers& a, const photo_layers& b) {
+        double sum = 0;
+        for (std::int32_t i = 0; i < columns * rows; ++i) sum += std::abs(a.at<color_column>(i)[1] - b.at<color_column>(i)[1]);
+        return sum;
+    };
+    const texture_options similar{.tolerance = 20.0F}, any{.tolerance = 255.0F}, none{.strength = 0.0F};
+    const auto shares = [&](int difference) {
+        const photo_layers smooth = filled(difference, none, no_grain), texture = filled(difference, similar, no_grain);
+        return std::pair{change(texture, smooth) / change(filled(difference, any, no_grain), smooth),
+                         change(filled(difference, similar, {}), texture) / change(filled(difference, none, {}), smooth)};
+    };
+    for (const auto& [difference, min_grain, max_grain] :
+         {std::tuple{0, 0.0, 0.0}, {10, 0.0, 0.0}, {40, 0.3, 0.7}, {45, 0.4, 0.8}, {100, 0.9, 1.0}}) {
+        const auto [texture, grain] = shares(difference);
+        CAPTURE(difference, texture, grain);
+        CHECK((texture >= 0.95 - max_grain && texture <= 1.05 - min_grain));
+        CHECK((grain >= min_grain && grain <= max_grain));
+    }
 }
 
 TEST_CASE("add_texture() does not change images that are empty, entirely known or entirely unknown") {

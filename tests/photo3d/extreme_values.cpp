@@ -3,6 +3,8 @@
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -115,24 +117,23 @@ TEST_CASE(LDI_TEST_CONFIGURATION "a disparity of 0 lies at z_far, like a sky") {
 
 TEST_CASE(LDI_TEST_CONFIGURATION "options that would cause numeric overflow are refused") {
     const ldi::image<std::uint8_t> photo(4, 6, 3, std::uint8_t{90});
-    const auto found = [&](auto&& change) -> std::string {
+    const ldi::given_disparity depth{ldi::image<float>(4, 6, 1, 0.5F)};
+    const auto message_for = [&](auto&& change) {
         ldi::photo3d_options options;
         change(options);
-        try {
-            ldi::make_photo3d(photo, ldi::given_disparity{ldi::image<float>(4, 6, 1, 0.5F)}, ldi::diffusion_inpainter{}, options);
-        } catch (const ldi::error& failure) {
-            REQUIRE(failure.code() == ldi::error_code::invalid_option);
-            return failure.details().found;
-        }
-        return "nothing";
+        return ldi::testing::message_of([&] { ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{}, options); });
     };
+    const auto refused = Catch::Contains("(invalid option)");
     for (const float bad : {0.0F, tiniest, infinity, not_a_number, -1.0F}) {
-        CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = bad; }) != "nothing");
-        CHECK(found([&](ldi::photo3d_options& o) { o.surface.max_step = bad; }) != "nothing");
-        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.max_depth_ratio = bad; }) != "nothing");
-        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.assumed_range.z_near = bad; }) != "nothing");
+        CHECK_THAT(message_for([&](ldi::photo3d_options& o) { o.focal_length_35mm = bad; }), refused);
+        CHECK_THAT(message_for([&](ldi::photo3d_options& o) { o.surface.max_step = bad; }), refused);
+        CHECK_THAT(message_for([&](ldi::photo3d_options& o) { o.normalize.max_depth_ratio = bad; }), refused);
+        CHECK_THAT(message_for([&](ldi::photo3d_options& o) { o.normalize.assumed_range.z_near = bad; }), refused);
     }
-    CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = infinity; }) == "1536 and inf");
-    CHECK(found([&](ldi::photo3d_options& o) { o.normalize.relative_step = infinity; }) == "0.001, inf, 0.02, 50");
-    CHECK(found([&](ldi::photo3d_options& o) { o.expand.motion = not_a_number; }) == "nan");
+    CHECK_THAT(message_for([&](ldi::photo3d_options& o) { o.focal_length_35mm = infinity; }),
+               Catch::Contains("found 1536 and inf (invalid option)"));
+    CHECK_THAT(message_for([&](ldi::photo3d_options& o) { o.normalize.relative_step = infinity; }),
+               Catch::Contains("found 0.001, inf, 0.02, 50 (invalid option)"));
+    CHECK_THAT(message_for([&](ldi::photo3d_options& o) { o.expand.motion = not_a_number; }),
+               Catch::Contains("found nan (invalid option)"));
 }

@@ -1,7 +1,10 @@
 #include <ldi/ldi.hpp>
 
+#include "tests/support/hard_maps.hpp"
+
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -40,6 +43,16 @@ ldi::photo3d_options without_clipping(ldi::photo3d_options options) {
     return options;
 }
 
+/// Paints all unknown pixels gray.
+struct gray_inpainter {
+    template <class Layers>
+    void inpaint(Layers& layers, const ldi::progress_listener&, const ldi::serial_executor&) const {
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i)
+            if (layers.template at<ldi::known_column>(i)[0] == 0)
+                std::ranges::fill(layers.template at<ldi::color_column>(i), std::uint8_t{128});
+    }
+};
+
 /// Returns the number of hidden pixels in the middle row.
 std::size_t growth(const ldi::photo3d& made) {
     std::size_t hidden = 0;
@@ -68,6 +81,33 @@ TEST_CASE("with the paper's options, surfaces end at the photo's border and silh
     CHECK(made.facts.margin == 0);
     CHECK(made.mesh.soft_edges.triangles.empty());
     CHECK(ldi::make_photo3d(photo, coarse_scene{}, ldi::diffusion_inpainter{}).facts.margin > 0);
+}
+
+TEST_CASE(
+    "with the paper's options, inpainted pixels have exactly the inpainter's colors, although the photo has texture and grain") {
+    ldi::image<std::uint8_t> photo = ldi::testing::noisy_photo(320, 400);
+    for (std::uint8_t& value : photo) value = static_cast<std::uint8_t>(120 + value % 17);
+    const ldi::photo3d made = ldi::make_photo3d(photo, coarse_scene{}, gray_inpainter{}, ldi::paper_options());
+    std::size_t inpainted = 0;
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(made.layers.size()); ++i) {
+        if (made.layers.at<ldi::known_column>(i)[0] != 0) continue;
+        for (const std::uint8_t value : made.layers.at<ldi::color_column>(i)) REQUIRE(value == 128);
+        ++inpainted;
+    }
+    CHECK(inpainted > 1000);
+}
+
+TEST_CASE("with the paper's options, surfaces behind a narrow staircase grow as far as without a limit on hidden pixels") {
+    const ldi::image<std::uint8_t> photo = photo_of(60, 400);
+    const ldi::given_disparity stairs{ldi::testing::hard_map("stairs", 60, 400, 8)};
+    const auto pixels_with = [&](float max_hidden) {
+        ldi::photo3d_options options = ldi::paper_options();
+        if (max_hidden > 0.0F) options.expand.max_hidden = max_hidden;
+        return ldi::make_photo3d(photo, stairs, ldi::diffusion_inpainter{}, options).layers.size();
+    };
+    const float default_limit = ldi::photo3d_options().expand.max_hidden;
+    CHECK(static_cast<float>(pixels_with(0.0F)) > (1.0F + default_limit) * 60 * 400);
+    CHECK(pixels_with(0.0F) == pixels_with(1000.0F));
 }
 
 TEST_CASE("with the paper's options, thresholds in pixels do not grow with the size of a depth sample") {

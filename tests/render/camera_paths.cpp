@@ -1,5 +1,7 @@
 #include <ldi/render/camera_paths.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -70,6 +72,16 @@ TEST_CASE("the largest parallax between the nearest and the farthest surface on 
         CHECK(std::hypot(v.position[0], v.position[1]) > 0);
     }
     CHECK(largest == Approx(0.05F * 400).epsilon(0.03));
+}
+
+TEST_CASE("a circle starts at the right, and turns clockwise for a viewer: down, left, up") {
+    const auto at = [](float time) { return view_on_path(camera_path::circle, camera, range, time).position; };
+    const float radius = at(0)[0];
+    CHECK(radius > 0);
+    for (float time = 0; time < 1; time += 0.1F) {
+        CHECK(at(time)[0] == Approx(radius * std::cos(6.2831853F * time)).margin(1e-5));
+        CHECK(at(time)[1] == Approx(-radius * std::sin(6.2831853F * time)).margin(1e-5));  // the photo's y axis points up
+    }
 }
 
 TEST_CASE("a dolly zoom keeps the size of objects in focus while the background becomes smaller") {
@@ -160,20 +172,12 @@ TEST_CASE("if surfaces continue past the border, a frame as large as the photo s
 }
 
 TEST_CASE("path options and key frames out of range are refused") {
-    const auto code_of = [](auto&& call) {
-        try {
-            call();
-        } catch (const error& e) {
-            return e.code();
-        }
-        return error_code::canceled;
-    };
     path_options options;
     options.approach = 1;
-    CHECK(code_of([&] { view_on_path(camera_path::zoom_in, camera, range, 0, options); }) == error_code::invalid_option);
-    CHECK(code_of([&] { view_between({}, camera, 0); }) == error_code::invalid_option);
+    CHECK(testing::raised([&] { view_on_path(camera_path::zoom_in, camera, range, 0, options); }) == error_code::invalid_option);
+    CHECK(testing::raised([&] { view_between({}, camera, 0); }) == error_code::invalid_option);
     std::vector<key_frame> keys(2);
-    CHECK(code_of([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
+    CHECK(testing::raised([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
     keys[1].time = 1, keys[1].zoom = 0;
-    CHECK(code_of([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
+    CHECK(testing::raised([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
 }

@@ -84,6 +84,13 @@ TEST_CASE("activations match their definitions") {
     CHECK(sigmoid(feature_map(x)).channels == 5);
 }
 
+TEST_CASE("ReLU of minus infinity is 0, and leaky ReLU of it is minus infinity") {
+    feature_map x(1, 2);
+    x.values = {-INFINITY, INFINITY};
+    CHECK(activate(x, relu).values == buffer<float>{0.0F, INFINITY});
+    CHECK(activate(x, leaky_relu(0.2F)).values == x.values);
+}
+
 TEST_CASE("sigmoid and tanh reach their limits exactly for large inputs") {
     feature_map x(1, 4);
     x.values = {-1000.0F, 1000.0F, -30.0F, 30.0F};

@@ -1,0 +1,41 @@
+#include <ldi/photo3d/clean_depth.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+
+namespace {
+
+/// Levels that differ by a factor of `step`, at random.
+struct quantized_estimator {
+    float step;
+
+    template <ldi::executor Executor>
+    ldi::image<float> disparity(ldi::image_view<const std::uint8_t> photo, const ldi::progress_listener&, Executor&&) const {
+        std::mt19937 random(3);
+        ldi::image<float> map(photo.height(), photo.width());
+        for (float& value : map) value = std::pow(step, static_cast<float>(random() % 4));
+        return map;
+    }
+    float quantization_step() const { return step; }
+};
+
+}  // namespace
+
+TEST_CASE("adjacent levels of a quantized depth estimator become at most the maximum step apart, as in normalize()") {
+    const ldi::image<std::uint8_t> photo(20, 30, 3, std::uint8_t{90});
+    for (const float step : {1.01F, 1.0187F, 1.1F, 1.5F}) {
+        const quantized_estimator estimator{step};
+        ldi::normalize_options options;
+        options.relative_step = step - 1.0F;
+        const ldi::image<float> source = estimator.disparity(photo, {}, ldi::serial_executor());
+        const ldi::cleaned_photo cleaned = ldi::clean_depth(photo, estimator);
+        CAPTURE(step);
+        CHECK(cleaned.estimated == ldi::normalize(source, options).disparity);
+        CHECK(1.0F - *std::min_element(cleaned.estimated.begin(), cleaned.estimated.end()) <= 3 * options.max_step * 1.001F);
+    }
+}
