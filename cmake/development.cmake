@@ -19,7 +19,8 @@ target_compile_definitions(ldi_development INTERFACE
     LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
 find_package(nlohmann_json QUIET)  # programs write JSON; benchmarks read it
-target_link_libraries(ldi_development INTERFACE $<IF:$<TARGET_EXISTS:ldi::io>,ldi::io,ldi::ldi> nlohmann_json::nlohmann_json)
+target_link_libraries(ldi_development INTERFACE $<IF:$<TARGET_EXISTS:ldi::io>,ldi::io,ldi::ldi>
+    $<TARGET_NAME_IF_EXISTS:nlohmann_json::nlohmann_json>)
 
 # For photo3d --compress. Without meshoptimizer, the program refuses that option.
 if(LDI_BUILD_IO)
