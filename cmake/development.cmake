@@ -1,9 +1,11 @@
 # Packages and settings for ldi's own tests, benchmarks and examples. Projects that link ldi::ldi do not read this file.
 
-find_program(LDI_CCACHE ccache)
-mark_as_advanced(LDI_CCACHE)
-if(LDI_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-    set(CMAKE_CXX_COMPILER_LAUNCHER "${LDI_CCACHE}")
+if(NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
+    find_program(LDI_CCACHE ccache)
+    if(LDI_CCACHE)
+        message(STATUS "Compiling through ${LDI_CCACHE}; -DLDI_CCACHE= turns it off")
+        set(CMAKE_CXX_COMPILER_LAUNCHER "${LDI_CCACHE}")
+    endif()
 endif()
 
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -17,12 +19,15 @@ target_compile_definitions(ldi_development INTERFACE
     LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
 find_package(nlohmann_json QUIET)  # programs write JSON; benchmarks read it
-target_link_libraries(ldi_development INTERFACE ldi::io nlohmann_json::nlohmann_json)
+target_link_libraries(ldi_development INTERFACE $<IF:$<TARGET_EXISTS:ldi::io>,ldi::io,ldi::ldi>
+    $<TARGET_NAME_IF_EXISTS:nlohmann_json::nlohmann_json>)
 
 # For photo3d --compress. Without meshoptimizer, the program refuses that option.
-find_package(meshoptimizer CONFIG QUIET)
-find_package(LdiReaders REQUIRED)
-ldi_has(ldi_has_compression "photo3d --compress" meshoptimizer::meshoptimizer=libmeshoptimizer-dev ldi_readers::libwebp=libwebp-dev)
+if(LDI_BUILD_IO)
+    find_package(meshoptimizer CONFIG QUIET)
+    find_package(LdiReaders REQUIRED)
+    ldi_has(ldi_has_compression "photo3d --compress" meshoptimizer::meshoptimizer=libmeshoptimizer-dev ldi_readers::libwebp=libwebp-dev)
+endif()
 if(ldi_has_compression)
     add_library(ldi_compression INTERFACE)
     target_link_libraries(ldi_compression INTERFACE meshoptimizer::meshoptimizer ldi_readers::libwebp)

@@ -23,6 +23,14 @@ configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ld
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/ldiConfig.cmake" "${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" DESTINATION "${package_dir}")
 
-# Writes ldi.pc for pkg-config, for every architecture. Paths are relative to the file, so that an installed tree can move.
+# Writes ldi.pc for pkg-config, for every architecture. Paths are relative to the file, so that an installed tree can move, unless the
+# options of CMake have absolute paths.
+set(pc_prefix "${CMAKE_INSTALL_PREFIX}")
+if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_DATADIR}")
+    file(RELATIVE_PATH up "/${CMAKE_INSTALL_DATADIR}/pkgconfig" "/")
+    string(REGEX REPLACE "/$" "" pc_prefix "\${pcfiledir}/${up}")
+endif()
+set(pc_include "\${prefix}")
+cmake_path(APPEND pc_include "${CMAKE_INSTALL_INCLUDEDIR}")  # an absolute path replaces the prefix
 configure_file(cmake/ldi.pc.in "${PROJECT_BINARY_DIR}/ldi.pc" @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/ldi.pc" DESTINATION "${CMAKE_INSTALL_DATADIR}/pkgconfig")

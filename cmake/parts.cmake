@@ -4,15 +4,13 @@
 #   ldi_has(RESULT PART NEED...)        NEED is TARGET=PACKAGE: a target that an earlier find_package() may have defined, and its package
 #                                       in Debian. Sets RESULT to true if all targets exist, else leaves PART out.
 
-set(LDI_REQUIRED "" CACHE STRING "Regular expression that matches the parts that must not be left out; . matches all")
-
 function(ldi_leave_out part)
     list(JOIN ARGN ", " packages)
     set(severity STATUS)
     if(LDI_REQUIRED AND part MATCHES "${LDI_REQUIRED}")
         set(severity SEND_ERROR)
     endif()
-    message(${severity} "Left out: ${part} (missing packages, by their names in Debian: ${packages})")
+    message(${severity} "Left out: ${part} (missing: ${packages}; packages have their names in Debian)")
 endfunction()
 
 function(ldi_has result part)

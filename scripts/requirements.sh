@@ -5,7 +5,8 @@
 #
 #   require NEED...   installs missing packages with apt-get. Without apt-get, lists the missing needs and exits. NEED is
 #                     "KIND NAME;Debian package". KIND is command, header (also "header NAME|OTHER"), module (of the system's
-#                     Python), shared (a shared library), library (of clang) or file.
+#                     Python), shared (a shared library), library (of clang) or file. With LDI_INSTALL_PACKAGES=0 in the
+#                     environment, it only lists the missing needs, too.
 #   with_screen COMMAND...        runs a command with a virtual screen
 #   install_npm_packages FOLDER   installs the packages of the folder's package-lock.json, unless they are installed
 
@@ -111,8 +112,8 @@ require() {
 install_or_end() {
     local as_root=()
     [ "$(id -u)" = 0 ] || as_root=(sudo)
-    if ! command -v apt-get >/dev/null; then
-        printf 'This machine has no apt-get. Install these, then run this again:\n' >&2
+    if [ "${LDI_INSTALL_PACKAGES:-1}" = 0 ] || ! command -v apt-get >/dev/null; then
+        printf 'Missing here, and not installed (no apt-get, or LDI_INSTALL_PACKAGES=0). Install these, then run this again:\n' >&2
         printf '  %s\n' "${@/;/  in }" >&2
         exit 1
     fi

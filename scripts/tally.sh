@@ -5,6 +5,7 @@
 #                                             only_labels and exclude_labels, patterns of labels of tests to run and to leave out
 #   count_step NAME COMMAND...                runs a command, which counts as one test
 #   add_tally "N passed, N failed"            adds these counts; any other text counts as one failure, "0 passed, 0 failed" as skipped
+#   add_tally_of LOG                          adds the tally in a log's last line, and the skipped tests that print_tally states above it
 #   count_script COMMAND...                   runs a script that prints a tally in its last line, and adds the counts
 #   print_tally                               prints "N passed, N failed", and above it the number of skipped tests, which count as
 #                                             neither; fails if any test failed
@@ -69,12 +70,19 @@ add_tally() {
     fi
 }
 
+add_tally_of() {
+    local omitted
+    omitted=$(tail -n 3 "$1" | sed -nE 's/^([0-9]+) tests were skipped$/\1/p')
+    skipped=$((skipped + ${omitted:-0}))
+    add_tally "$(tail -n 1 "$1")"
+}
+
 count_script() {
     local log start=$SECONDS
     printf '\n== %s\n' "$1"
     log=$(mktemp)
     "$@" 2>&1 | tee "$log" || true
-    add_tally "$(tail -n 1 "$log")"
+    add_tally_of "$log"
     rm -f "$log"
     printf '== %s took %d s\n' "$1" $((SECONDS - start))
 }

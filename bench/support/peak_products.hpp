@@ -10,46 +10,30 @@
 
 namespace ldi_bench {
 
+// Defines a function that multiplies in twelve vector registers, so that no multiplication waits for the one before it. A macro,
+// because each instruction set's functions are compiled in its own target region.
+//
+// in  the constraint of a vector register in assembly, which keeps the compiler from computing one sum for all
+#define LDI_BENCH_MULTIPLY(name, in, one, factor, multiply)                                             \
+    inline void name(long count) {                                                                      \
+        auto a = one, b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;      \
+        const auto x = factor, y = x;                                                                   \
+        for (; count > 0; --count) {                                                                    \
+            a = multiply(a, x, y), b = multiply(b, x, y), c = multiply(c, x, y), d = multiply(d, x, y); \
+            e = multiply(e, x, y), f = multiply(f, x, y), g = multiply(g, x, y), h = multiply(h, x, y); \
+            i = multiply(i, x, y), j = multiply(j, x, y), k = multiply(k, x, y), l = multiply(l, x, y); \
+            asm volatile("" : "+" in(a), "+" in(b), "+" in(c), "+" in(d), "+" in(e), "+" in(f));        \
+            asm volatile("" : "+" in(g), "+" in(h), "+" in(i), "+" in(j), "+" in(k), "+" in(l));        \
+        }                                                                                               \
+    }
+
 #if LDI_HAS_X86_KERNELS
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-inline void multiply_vnni(long count) {
-    __m512i a = _mm512_set1_epi32(1), b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;
-    const __m512i x = a, y = a;
-    for (; count > 0; --count) {
-        a = _mm512_dpbusd_epi32(a, x, y), b = _mm512_dpbusd_epi32(b, x, y), c = _mm512_dpbusd_epi32(c, x, y);
-        d = _mm512_dpbusd_epi32(d, x, y), e = _mm512_dpbusd_epi32(e, x, y), f = _mm512_dpbusd_epi32(f, x, y);
-        g = _mm512_dpbusd_epi32(g, x, y), h = _mm512_dpbusd_epi32(h, x, y), i = _mm512_dpbusd_epi32(i, x, y);
-        j = _mm512_dpbusd_epi32(j, x, y), k = _mm512_dpbusd_epi32(k, x, y), l = _mm512_dpbusd_epi32(l, x, y);
-        asm volatile("" : "+v"(a), "+v"(b), "+v"(c), "+v"(d), "+v"(e), "+v"(f));
-        asm volatile("" : "+v"(g), "+v"(h), "+v"(i), "+v"(j), "+v"(k), "+v"(l));
-    }
-}
-inline void multiply_floats_avx512(long count) {
-    __m512 a = _mm512_set1_ps(1), b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;
-    const __m512 x = _mm512_set1_ps(0.5F), y = x;
-    for (; count > 0; --count) {
-        a = _mm512_fmadd_ps(a, x, y), b = _mm512_fmadd_ps(b, x, y), c = _mm512_fmadd_ps(c, x, y);
-        d = _mm512_fmadd_ps(d, x, y), e = _mm512_fmadd_ps(e, x, y), f = _mm512_fmadd_ps(f, x, y);
-        g = _mm512_fmadd_ps(g, x, y), h = _mm512_fmadd_ps(h, x, y), i = _mm512_fmadd_ps(i, x, y);
-        j = _mm512_fmadd_ps(j, x, y), k = _mm512_fmadd_ps(k, x, y), l = _mm512_fmadd_ps(l, x, y);
-        asm volatile("" : "+v"(a), "+v"(b), "+v"(c), "+v"(d), "+v"(e), "+v"(f));
-        asm volatile("" : "+v"(g), "+v"(h), "+v"(i), "+v"(j), "+v"(k), "+v"(l));
-    }
-}
+LDI_BENCH_MULTIPLY(multiply_vnni, "v", _mm512_set1_epi32(1), _mm512_set1_epi32(1), _mm512_dpbusd_epi32)
+LDI_BENCH_MULTIPLY(multiply_floats_avx512, "v", _mm512_set1_ps(1), _mm512_set1_ps(0.5F), _mm512_fmadd_ps)
 LDI_END_TARGET
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
-inline void multiply_vnni_256(long count) {
-    __m256i a = _mm256_set1_epi32(1), b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;
-    const __m256i x = a, y = a;
-    for (; count > 0; --count) {
-        a = _mm256_dpbusd_avx_epi32(a, x, y), b = _mm256_dpbusd_avx_epi32(b, x, y), c = _mm256_dpbusd_avx_epi32(c, x, y);
-        d = _mm256_dpbusd_avx_epi32(d, x, y), e = _mm256_dpbusd_avx_epi32(e, x, y), f = _mm256_dpbusd_avx_epi32(f, x, y);
-        g = _mm256_dpbusd_avx_epi32(g, x, y), h = _mm256_dpbusd_avx_epi32(h, x, y), i = _mm256_dpbusd_avx_epi32(i, x, y);
-        j = _mm256_dpbusd_avx_epi32(j, x, y), k = _mm256_dpbusd_avx_epi32(k, x, y), l = _mm256_dpbusd_avx_epi32(l, x, y);
-        asm volatile("" : "+x"(a), "+x"(b), "+x"(c), "+x"(d), "+x"(e), "+x"(f));
-        asm volatile("" : "+x"(g), "+x"(h), "+x"(i), "+x"(j), "+x"(k), "+x"(l));
-    }
-}
+LDI_BENCH_MULTIPLY(multiply_vnni_256, "x", _mm256_set1_epi32(1), _mm256_set1_epi32(1), _mm256_dpbusd_avx_epi32)
 LDI_END_TARGET
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 /// Computes 64 products as gemm_u8 does: two vpmaddubsw, added in 16 bits and then widened.
@@ -60,18 +44,7 @@ inline __m256i multiply_add(__m256i sum, __m256i x, __m256i y) {
     asm volatile("vpmaddubsw %2, %1, %0" : "=x"(b) : "x"(x), "x"(y));
     return _mm256_add_epi32(sum, _mm256_madd_epi16(_mm256_add_epi16(a, b), y));
 }
-inline void multiply_floats_avx2(long count) {
-    __m256 a = _mm256_set1_ps(1), b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;
-    const __m256 x = _mm256_set1_ps(0.5F), y = x;
-    for (; count > 0; --count) {
-        a = _mm256_fmadd_ps(a, x, y), b = _mm256_fmadd_ps(b, x, y), c = _mm256_fmadd_ps(c, x, y);
-        d = _mm256_fmadd_ps(d, x, y), e = _mm256_fmadd_ps(e, x, y), f = _mm256_fmadd_ps(f, x, y);
-        g = _mm256_fmadd_ps(g, x, y), h = _mm256_fmadd_ps(h, x, y), i = _mm256_fmadd_ps(i, x, y);
-        j = _mm256_fmadd_ps(j, x, y), k = _mm256_fmadd_ps(k, x, y), l = _mm256_fmadd_ps(l, x, y);
-        asm volatile("" : "+x"(a), "+x"(b), "+x"(c), "+x"(d), "+x"(e), "+x"(f));
-        asm volatile("" : "+x"(g), "+x"(h), "+x"(i), "+x"(j), "+x"(k), "+x"(l));
-    }
-}
+LDI_BENCH_MULTIPLY(multiply_floats_avx2, "x", _mm256_set1_ps(1), _mm256_set1_ps(0.5F), _mm256_fmadd_ps)
 inline void multiply_avx2(long count) {
     const __m256i x = _mm256_set1_epi32(1), y = x;
     __m256i a = x, b = x, c = x, d = x, e = x, f = x, g = x, h = x;
@@ -85,18 +58,7 @@ LDI_END_TARGET
 #endif
 #if LDI_HAS_ARM_KERNELS
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
-inline void multiply_neon(long count) {
-    using ldi::neon::add_products;
-    int32x4_t a = vdupq_n_s32(1), b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;
-    const int8x16_t x = vdupq_n_s8(1), y = x;
-    for (; count > 0; --count) {
-        a = add_products(a, x, y), b = add_products(b, x, y), c = add_products(c, x, y), d = add_products(d, x, y);
-        e = add_products(e, x, y), f = add_products(f, x, y), g = add_products(g, x, y), h = add_products(h, x, y);
-        i = add_products(i, x, y), j = add_products(j, x, y), k = add_products(k, x, y), l = add_products(l, x, y);
-        asm volatile("" : "+w"(a), "+w"(b), "+w"(c), "+w"(d), "+w"(e), "+w"(f));
-        asm volatile("" : "+w"(g), "+w"(h), "+w"(i), "+w"(j), "+w"(k), "+w"(l));
-    }
-}
+LDI_BENCH_MULTIPLY(multiply_neon, "w", vdupq_n_s32(1), vdupq_n_s8(1), ldi::neon::add_products)
 LDI_END_TARGET
 #endif
 

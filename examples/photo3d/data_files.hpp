@@ -15,8 +15,8 @@
 namespace ldi::examples {
 
 /// Returns the folder of the program's data. In an unpacked archive, the weights are in the program's own folder or in share/ldi
-/// below it; returns whichever of the two has them. Otherwise returns a folder at a fixed path relative to the program, so that
-/// an installed tree can be moved as a whole. In a build tree, this folder contains links to the sources.
+/// below it; returns whichever of the two has them. In a build tree, share/ldi contains links to the sources. Otherwise returns a
+/// folder at a fixed path relative to the program, so that an installed tree can be moved as a whole.
 ///
 /// program  the command that started the program
 inline std::filesystem::path data_folder(const char* program) {

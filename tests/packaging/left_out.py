@@ -80,6 +80,10 @@ code, text, lines = configure(*without(*PACKAGES))
 check(code == 0, f"without any package, CMake fails:\n{text}")
 check({"ldi_test_core", "photo3d"}.isdisjoint(targets()), "without any package, CMake still defines programs")
 
+code, text, lines = configure(*without("stb", "PNG", "protozero", "nlohmann_json"), "-DLDI_BUILD_IO=OFF", "-DLDI_BUILD_BENCH=OFF")
+check(code == 0 and any("tests/io " in line for line in lines), f"without ldi::io, CMake fails, or no line says that tests/io is left out:\n{text}")
+check({"ldi_test_core", "ldi_test_mesh"} <= targets() and "ldi_test_io" not in targets(), f"without ldi::io, the core has no tests: {targets()}")
+
 code, text, lines = configure(*without("Catch2"), "-DLDI_REQUIRED=^tests")
 check(code != 0 and "catch2" in text, f"LDI_REQUIRED does not stop CMake when tests are left out:\n{text}")
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that a compiler finds an installed ldi through pkg-config, also after moving the tree, and that license and single header exist.
+"""Checks that a compiler finds an installed ldi through pkg-config, also after moving the tree and with folders other than the defaults, that
+CMake writes only to the build folder, and that license and single header exist.
 
     pkg_config.py PREFIX FOLDER COMPILER
 """
@@ -28,3 +29,16 @@ single.write_text("#include <ldi/ldi.hpp>\n" + "".join(line for line in program.
 subprocess.run([compiler, "-std=c++20", "-fsyntax-only", f"-I{moved / 'share/ldi/single_include'}", single], check=True)
 if "MIT" not in (moved / "share/licenses/ldi/LICENSE").read_text(encoding="utf-8"):
     sys.exit("share/licenses/ldi/LICENSE is not the MIT license")
+
+away, installed = folder / "away", folder / "installed"
+subprocess.run(["cmake", "-S", Path(__file__).resolve().parents[2], "-B", away / "build", "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}",
+                "-DLDI_BUILD_TESTS=OFF", "-DLDI_BUILD_BENCH=OFF", f"-DCMAKE_INSTALL_PREFIX={installed}", "-DCMAKE_INSTALL_DATADIR=share/deep",
+                "-DCMAKE_INSTALL_BINDIR=/opt/bin", f"-DCMAKE_INSTALL_INCLUDEDIR={folder / 'headers'}"], check=True, stdout=subprocess.DEVNULL)
+if [path.name for path in away.iterdir()] != ["build"]:
+    sys.exit(f"CMake writes outside the build folder: {list(away.iterdir())}")
+subprocess.run(["cmake", "--install", away / "build"], check=True, stdout=subprocess.DEVNULL)
+environment["PKG_CONFIG_PATH"] = str(installed / "share/deep/pkgconfig")
+stated = [subprocess.run(["pkg-config", what, "ldi"], env=environment, check=True, capture_output=True, text=True).stdout.strip()
+          for what in ("--cflags-only-I", "--variable=prefix")]
+if stated[0] != f"-I{folder / 'headers'}" or Path(stated[1]).resolve() != installed.resolve():
+    sys.exit(f"ldi.pc states {stated} with folders other than the defaults")

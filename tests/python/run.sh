@@ -25,7 +25,8 @@ log=$build/log
 "$build/venv/bin/python" -m pytest -q -rs -p no:cacheprovider tests/python | tee "$log" || true
 counts=$(tail -n 1 "$log") # "1 failed, 12 passed, 2 skipped in 0.69s"
 number_of() { grep -oE "[0-9]+ $1" <<<"$counts" | cut -d ' ' -f 1 || true; }
-good=$(number_of passed) bad=$(number_of failed) broken=$(number_of error)
+good=$(number_of passed) bad=$(number_of failed) broken=$(number_of error) omitted=$(number_of skipped)
+skipped=$((skipped + ${omitted:-0}))
 add_tally "${good:-0} passed, $((${bad:-0} + ${broken:-0})) failed"
 [ -n "$good$bad" ] || add_tally "no test ran"
 count_step "the example makes pictures" "$build/venv/bin/python" examples/python/pictures.py examples/photo3d/sample.jpg "$build/pictures"

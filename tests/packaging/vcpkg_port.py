@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Checks that the vcpkg port installs ldi, and that a consumer finds it. vcpkg downloads its tools, so mocks replace its functions.
+"""Checks that the vcpkg port installs ldi, and that a consumer finds it. Never runs vcpkg, which downloads its tools: mocks replace its
+functions.
 
-    vcpkg.py PREFIX FOLDER COMPILER
+    vcpkg_port.py PREFIX FOLDER COMPILER
 """
 
 import json
@@ -73,3 +74,4 @@ subprocess.run(["cmake", "-S", consumer, "-B", folder / "consumer", f"-DCMAKE_CX
                 f"-DCMAKE_PREFIX_PATH={folder / 'installed'}", "-DWITHOUT_FILES=ON"], check=True, stdout=subprocess.DEVNULL)
 subprocess.run(["cmake", "--build", folder / "consumer"], check=True, stdout=subprocess.DEVNULL)
 subprocess.run([folder / "consumer/consumer"], check=True)
+print("the port works with mocks of vcpkg's functions; vcpkg itself was not run")
