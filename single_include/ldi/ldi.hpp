@@ -422,8 +422,8 @@ concept element_iterator = requires(T i) {
 }  // namespace detail
 
 /// A growable array, aligned to 64 bytes. It adopts the allocator that is current at its first successful allocation
-/// (base/memory.hpp). Differences from std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
-/// types uninitialized, and a moved-from buffer is empty.
+/// (base/memory.hpp). Differences from std::vector: operator[] accepts any integer type without a cast, `unset` leaves values of
+/// trivial types uninitialized, and a moved-from buffer is empty.
 ///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
@@ -568,8 +568,8 @@ public:
         LDI_ASSERT(accepts(first, last));
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
-            // memcpy() instead of a loop: byte values may alias the size, so that a loop would have to update it in memory for
-            // each value.
+            // memcpy() instead of a loop: a pointer to bytes may alias the size, so a loop would have to write the size to memory
+            // after each value.
             if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
             block_.size += static_cast<std::size_t>(last - first);
             return;
@@ -684,7 +684,8 @@ public:
     using value_type = std::remove_const_t<T>;
 
     constexpr array_view() = default;
-    /// data  first of `size` values; null only if size is 0. Like std::span, rejects a literal 0 and pointers to a derived class
+    /// data  first of `size` values; null only if size is 0. As with std::span, a literal 0 or a pointer to a derived class does
+    ///       not compile
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(U* data, std::size_t size) : data_(data), size_(size) { LDI_ASSERT(data != nullptr || size == 0); }
@@ -747,7 +748,7 @@ array_view(T*, std::size_t) -> array_view<T>;
 }}  // namespace ldi
 
 // ---- ldi/base/executor.hpp
-// Executors: the caller's threads. Every parallel stage accepts an executor; ldi starts no threads except in a thread_pool.
+// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
 // Results never depend on the executor or on its number of threads.
 
 #include <algorithm>
@@ -822,8 +823,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: asserts that a body
-/// does not call run() of the same pool, which would deadlock.
+/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
+/// pool runs does not call run() of the same pool, which would deadlock.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
@@ -933,8 +934,8 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/named_tensors.hpp
-// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file, and networks read their
-// weights from it (nn/ldi/weights.hpp).
+// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp makes `named_tensors` from a file. Networks
+// look up their weights in `named_tensors` (nn/ldi/weights.hpp).
 
 #include <functional>
 #include <map>
@@ -1160,9 +1161,9 @@ struct depth_range {
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
 
-    /// Returns an upper bound, in pixels, on the texture error along an edge of `length` pixels between these disparities. The
-    /// cause is perspective-correct interpolation: at the middle of an edge, renderers sample the texture closer to the nearer
-    /// end.
+    /// Returns an upper bound, in pixels, on the distance by which renderers shift the texture along an edge of `length` pixels
+    /// between these disparities. Perspective-correct interpolation causes the shift: at the middle of the edge, renderers sample
+    /// the texture closer to the nearer end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
         // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.
@@ -1221,7 +1222,8 @@ namespace detail {
 inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
 
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only graph_view, graph and graph_builder can derive from it and change it, so that other code cannot change a finished graph.
+/// Only graph_view, graph and graph_builder can derive from this class and change its columns, so that other code cannot change a
+/// finished graph.
 template <class Column>
 class index_columns {
     static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
@@ -1568,7 +1570,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
 ///            old order breaks ties
 ///
-/// Allocates 16 bytes per row of the lattice while it runs.
+/// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
@@ -1606,7 +1608,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     buffer<Scalar> result(order.size() * channels);
     for (const std::int32_t old : order)
         if (old < 0 || static_cast<std::size_t>(old) >= column.size() / channels)
-            raise(error_code::mismatch, "reorder", "indices of " + std::to_string(column.size() / channels) + " pixels",
+            raise(error_code::mismatch, "reorder", "indices below " + std::to_string(column.size() / channels),
                   "index " + std::to_string(old));
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)
@@ -1658,12 +1660,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A column tag: a non-final class that states the scalar type and the number of scalars per pixel, at most 64 KiB per pixel.
 /// Tags are never constructed. Up to three static functions compute the values of new pixels, coarser levels and vertices; a
-/// default replaces each function that a tag lacks. A function with one of these names and another signature does not compile.
+/// default replaces each function that a tag lacks. A function with one of these names but the wrong signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
-///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
+///         // One channel of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
 ///         // Values of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
@@ -1945,8 +1947,8 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
     // `seen` marks the entries of `origins` that occur in pieces. Pieces usually contain the old pixels in ascending order. As
-    // long as they do, `continued` counts the old pixels, and `seen` has no marks for them. At the first piece out of order,
-    // marks for all old pixels are appended to `seen`.
+    // long as they do, `continued` counts the old pixels so far, and `seen` has no entries for old pixels. At the first piece out
+    // of order, `seen` gets an entry for each old pixel, and marks the first `continued` of them.
     buffer<bool> seen(new_count);
     std::size_t total = 0, continued = 0;
     bool is_in_order = true;
@@ -2290,8 +2292,8 @@ public:
         };
         (check(detail::scalar_count<Columns>(g.size()), columns.size()), ...);
     }
-    /// Converts from any other layered_view, even a temporary one. Also converts from a layered_image, a single_layer, or the
-    /// caller's own type with `has`, topology() and column(), but not from a temporary.
+    /// Converts from any other layered_view that has these columns, even a temporary one. Also converts from a layered_image, a
+    /// single_layer, or the caller's own type with `has`, topology() and column(), but not from a temporary of these types.
     template <has_columns<Columns...> Layers>
     requires(requires(const Layers& l) { graph_view(l.topology()); } &&
              !std::is_same_v<std::remove_cvref_t<Layers>, layered_view> &&
@@ -2571,8 +2573,8 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 /// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, even if several share a position. The
 /// position of a kept pixel is halved.
 ///
-/// Two kept pixels are linked if a path of two links connects them in the fine graph. They are two steps apart in one direction,
-/// so only the straight path is possible.
+/// Two kept pixels are linked if a path of two links connects them in the fine graph. This path is always straight, because both
+/// pixels have even coordinates.
 ///
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches along links inside its 2 x 2
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without
@@ -2753,8 +2755,8 @@ inline components connected_components(const graph_view& g) {
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
-        // The pixel above usually belongs to the same run as the pixel above the previous one. That run, [merged_first,
-        // merged_last), is already merged.
+        // The pixels above usually belong to one run, which needs to be merged only once. [merged_first, merged_last) is the run
+        // above that was merged last.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up()[i];
@@ -3011,7 +3013,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 namespace detail {
 
 [[noreturn]] inline void refuse_size(std::size_t height, std::size_t width, std::size_t channels) {
-    raise(error_code::too_large, "image", "a size that memory can have",
+    raise(error_code::too_large, "image", "a size that fits in memory",
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
@@ -3275,11 +3277,11 @@ void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Minimum difference in disparity between a hidden surface and the surface in front of it, as a multiple of
+/// Minimum difference in disparity between a pixel that expand() adds and the photo's pixel in front of it, as a multiple of
 /// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
-/// Maximum difference in disparity between neighboring hidden pixels that expand() links, as a multiple of
-/// surface_rule::max_step.
+/// Maximum difference in disparity between a pixel that expand() adds and the neighbors that expand() links to it, as a multiple
+/// of surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
 
 /// Part of photo_facts; lift() and all later stages must use the same rule.
@@ -3330,9 +3332,10 @@ struct photo_facts {
     }
 };
 
-/// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces and hems extend far enough to
-/// cover these errors. Where two surfaces separate, each outline may be off by one pixel (mesh/simplify.hpp). Their disparities
-/// may be off by 0.02 (mesh/simplify.hpp, mesh/studs.hpp).
+/// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces, and the strips that extend them
+/// (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces separate, each outline may be
+/// off by one pixel (mesh/simplify.hpp). mesh_disparity: not less than the sum of the disparity tolerances of mesh/simplify.hpp
+/// and mesh/studs.hpp.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.
@@ -3491,7 +3494,7 @@ inline buffer<std::int32_t> pixels_below(const pixel_region& region) {
 }}  // namespace ldi
 
 // ---- ldi/core/single_layer.hpp
-// One layer in the order of the photo: lift() makes it, expand() turns it into a layered image.
+// One layer in the order of the photo. lift() makes it; expand() turns it into a layered image.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3499,7 +3502,7 @@ namespace detail {
 struct expansion_access;
 }
 
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change; pixels may not.
 /// expand() turns it into a layered image.
 template <payload_column... Columns>
 class single_layer {
@@ -3732,8 +3735,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    /// Returns the direction in which a curve continues that arrives at the corner from direction `from`. Where two curves pass
-    /// each other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the direction in which a curve leaves a corner that it reaches from direction `from`. Where two curves pass each
+    /// other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -3820,8 +3823,9 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
 /// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the first step therefore decides: up precedes down, then left, then
-/// right. The relation is not symmetric: the window of i may contain j although the window of j does not contain i.
+/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
+/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
+/// does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
@@ -3934,7 +3938,8 @@ enum class cpu_feature {
 #endif
 
 // ---- ldi/kernels/detail/dot_product_extension.hpp
-// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018 and all Apple M chips.
+// Detects the dot product extension of 64-bit Arm processors. Armv8.2 introduced it as an option; phones since 2018 and all Apple
+// M chips have it.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4204,14 +4209,15 @@ struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
     bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
-    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
+    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. WebAssembly has no fma and
+    /// also rounds the products. Scalar and NEON do not use the constants.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
-    bool has_float_form;  ///< faster than the integer form
+    bool has_float_form;  ///< whether the kernel has the float form, which is faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
@@ -4480,7 +4486,7 @@ struct relu_requantizer {
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4731,8 +4737,8 @@ inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
 /// Applies an unfused_requantization to vectors.
 ///
-/// positive  whether to add the offset unchanged to all values, instead of with each value's sign. Requires a zero point of 0:
-///           negative values then clamp to 0 in either case
+/// positive  whether to add the same offset to all values, instead of an offset with the sign of each value. Requires a zero
+///           point of 0, for which negative values clamp to 0 in either case
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -4783,7 +4789,7 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4859,7 +4865,7 @@ private:
 
 struct integer_sums {
     v128_t bias, a_multiplier, b_multiplier, zero_point;
-    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_sums(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
@@ -5033,7 +5039,7 @@ struct requantizer {
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5195,7 +5201,7 @@ struct float_adder {
 struct integer_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(spread(sum.exact.bias)),
@@ -5277,7 +5283,7 @@ struct float_adder {
 struct integer_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(spread(sum.exact.bias)),
@@ -5702,9 +5708,15 @@ LDI_END_TARGET
 // the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
 // (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, they
-// increase the median time of 9 runs of conv_f32 (conv_u8) by 31 % (15 %) for 3 x 3 convolutions from 16 to 16 channels, by 33 %
-// (18 %) for 3 x 3 from 24 to 3, and by 41 % (6 %) for 1 x 1 from 5 to 8. From 32 to 32 channels, times are within 5 %.
+// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
+// on Zen 5, median of 9 runs:
+//
+//                               conv_f32   conv_u8
+//     3 x 3, 16 to 16 channels      31 %      15 %
+//     3 x 3, 24 to 3 channels       33 %      18 %
+//     1 x 1, 5 to 8 channels        41 %       6 %
+//
+// From 32 to 32 channels, the times differ by at most 5 %.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5820,7 +5832,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6223,7 +6235,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     return packed;
 }
 
-/// Computes result = activation(sum of weight * input * ratio + bias).
+/// Computes result = activation((sum of weight * input) * ratio + bias).
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
@@ -6565,7 +6577,7 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -7058,7 +7070,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). If results are bytes, also adds
+/// Computes result = activation((sum of weight * (input - zero point)) * (scale * ratio) + bias). If results are bytes, also adds
 /// their zero point, rounds half to even, and clamps.
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
@@ -7186,7 +7198,7 @@ struct depthwise_source {
 
 }  // namespace detail
 
-/// One instruction set's kernel: a row of `depthwise_u8_kernels`. The width is at least 1.
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`. In run(), `width` is at least 1.
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
@@ -7411,7 +7423,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
 // One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between
 // its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, the weights of a
-// unit are split into several terms, whose products are added.
+// unit (a range of channels, stretches.hpp) are split into several terms, whose products are added.
 //
 // Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 
@@ -8530,7 +8542,8 @@ struct depthwise_rows {
     std::uint8_t padding;
 };
 
-/// Fills `count` slots with enlarged columns, starting at `first` - 1. At most one column on each side is outside the image.
+/// Fills `count` slots with columns of the enlarged rows, starting at column `first` - 1. At most one column on each side is
+/// outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {
@@ -8758,7 +8771,8 @@ struct gemm_u8_weights {
     /// On WebAssembly, whether an unfused form is exact. If not, `fast` is empty, and the kernel requantizes in integers.
     bool has_float_form() const { return fast.scale != 0; }
 
-    /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
+    /// Whether the lanes of AVX2, AVX-512 and WebAssembly contain inputs instead of outputs: for a single output with enough
+    /// inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
@@ -8871,8 +8885,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
-/// are the sum of one or more terms.
+/// A term of a group. A group has the weights of four inputs for all outputs of a panel, and is the sum of one or more terms. The
+/// weights of a term are so small that they cannot saturate a 16-bit sum.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
@@ -10183,8 +10197,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 ///
 /// target             requested instruction set; must be available (is_available()), else raises invalid_option. If its kernel is
 ///                    not exact for this layer, the function packs for a slower set; the result's `target` names the set that was
-///                    used. VNNI and NEON are not exact for weights beyond 8 signed bits, x86 for a requantization without a
-///                    float form
+///                    used. VNNI and NEON kernels are not exact if the weights do not fit in signed bytes, even negated. x86
+///                    kernels are not exact if the requantization has no float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -10300,8 +10314,8 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be another
-    /// object.
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
+    /// different object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -10650,7 +10664,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
@@ -10661,8 +10675,8 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// kernel_size  odd, 1 to max_kernel_size
 /// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels,
-/// another lattice size, or other kept pixels in a run that becomes a segment.
+/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
+/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
@@ -11174,8 +11188,9 @@ struct quantized_source {
 };
 
 /// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
-/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch if the sources
-/// have another number of channels in total, and unsupported if a scale or a bias is not finite in units of result.scale.
+/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
+/// channels of all sources add up to the inputs of the weights. Raises unsupported if the scale or the bias of an output is not
+/// finite in units of result.scale.
 ///
 /// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
 ///          basic_feature_view::zero of the source
@@ -11284,7 +11299,7 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
-    /// Raises mismatch for a plan of another kernel size, and for maps with a wrong number of pixels or channels.
+    /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
@@ -11818,8 +11833,8 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 ///
-/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels or lacks an
-/// output.
+/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with a different number of pixels or lacks an
+/// output of the plan.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
     detail::check_graph_of(outputs, parts.output_count);
@@ -11874,7 +11889,7 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const level_
 /// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
@@ -11890,7 +11905,7 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
 /// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     return detail::pool<Value>(
@@ -11997,7 +12012,7 @@ private:
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
@@ -12007,7 +12022,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();
@@ -12037,7 +12052,7 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, with the name of the tensor, if it is missing or has another type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -12329,7 +12344,7 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
+    tensor_size input, output;  ///< sizes of the stored input, before `repeat` enlarges it, and of the result
     std::size_t input_channels = 0;
     std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
@@ -12367,7 +12382,7 @@ struct chain_stage {
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
-    /// Bytes of input rows copied with padding on both sides, which all dense convolutions except pointwise ones read.
+    /// Bytes of the stage's padded copies of input rows. Dense convolutions other than pointwise ones read these copies.
     std::size_t padded_bytes() const {
         const auto* d = std::get_if<dense_layer>(&layer->kind);
         return d == nullptr || d->is_pointwise() ? 0 : d->kernel * padded_row_bytes();
@@ -12662,7 +12677,7 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
-    bool overwrites_input = false;  ///< the result replaces the input in memory
+    bool overwrites_input = false;  ///< the result of a chain of several layers replaces the chain's input in memory
     std::size_t reach = 0;          ///< number of input rows on each side that a result row depends on; 0 unless overwrites_input
 };
 
@@ -12702,7 +12717,8 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`. The chain ends with an addition, which is the last reader of `tensor`.
+/// Sets `overwrites_input` and `reach` if the chain has several layers and `tensor` is its input. The chain ends with an
+/// addition, which is the last reader of `tensor` and overwrites it.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -12877,7 +12893,7 @@ public:
     ///
     /// input     H x W x input_channels(), in input_quantization()
     /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
-    ///           exception from it ends the run
+    ///           exception from the callback ends the run
     /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
@@ -13018,7 +13034,7 @@ private:
             // copied rows around the start of the strip
             std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }
 
-            /// Copies the rows around each cut, because one strip overwrites them while its neighbor still needs them.
+            /// Copies the rows around each cut between two strips, because one strip overwrites rows that the other still needs.
             void save_cuts() const {
                 const std::size_t row_bytes = step.chain.front().input_row_bytes();
                 for (std::size_t strip = 1; strip < strips; ++strip)
@@ -13042,7 +13058,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that the copies of two cuts do not overlap
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that no row is copied for two cuts
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -13551,7 +13567,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< per row: 0 if the input color, or the layer's whole window, is unknown, else 1; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row: 0 for an unknown color or a window without known values, else 1; empty: all 1
 
     /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
@@ -13629,9 +13645,9 @@ inline masked_color average_of(masked_color sum) noexcept {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. Averages the known colors among the colors
-/// `value(pixel)` of the window's pixels. Adds up every window column by column, in segments and irregular windows alike, so
-/// results do not depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. `value(pixel)` returns the color of a pixel; the
+/// average covers the known colors of the window. Adds up every window column by column, in segments and irregular windows
+/// alike, so results do not depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size() == 3);
@@ -13840,9 +13856,9 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Finally, colors the pixels that have no color on this or a coarser level. Such pixels exist where few links connect a
-    /// surface to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels,
-    /// one link per pass: each pixel becomes the average of its colored neighbors.
+    /// Then colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where few links
+    /// connect a surface to the rest, because these links may be missing on coarser levels. Colors spread along links from
+    /// colored pixels, one link per pass: each pixel becomes the average of its colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
@@ -13862,8 +13878,8 @@ private:
         return twice;
     }
 
-    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
-    /// otherwise, colors would depend on which pixels it reads.
+    /// Colors each pixel that has a color neither on this level nor on a coarser one. Includes pixels that the network does not
+    /// read; otherwise, colors would depend on which pixels the network reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -13941,16 +13957,16 @@ class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
-    /// weights  for each stage I `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser level,
-    ///          followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
+    /// weights  for each stage I, `encoder.I.weight` (outputs x inputs x k x k) and `encoder.I.bias`, with batch normalization
+    ///          folded in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser
+    ///          level, followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
     ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
-    ///          before quantization. examples/training/farbrausch/export.py measures them
+    ///          before quantization, which examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
-    /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
-    /// weights that are not finite; unsupported for an architecture out of bounds.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape.
+    /// Raises invalid_data for weights that are not finite, and unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -14129,11 +14145,11 @@ public:
 
     /// Checks and packs the weights.
     ///
-    /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
-    ///          `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
+    /// weights  for each layer, `NAME.weight` (outputs x inputs x 3 x 3) and `NAME.bias`, with batch normalization folded in.
+    ///          Also `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
-    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
@@ -14413,8 +14429,8 @@ public:
     /// sizes   input sizes of disparity()
     ///
     /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
-    /// size, both sizes are multiples of 32, at most 4096, and sizes.details is positive. Raises unsupported if the scale of
-    /// the network's output exceeds 0.25.
+    /// height and width. Also raises mismatch unless sizes.details and sizes.layout are multiples of 32 and at most 4096, and
+    /// sizes.details is positive. Raises unsupported if the scale of the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -14743,7 +14759,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // Two pixels on each side always count, because smoothing may have moved the curve across them.
+        // Each surface is taken to extend over at least two pixels, because smoothing may have moved the curve by that much.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -14776,7 +14792,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were degraded like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were degraded to resemble a network's depth maps.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
     /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.
@@ -15081,8 +15097,8 @@ struct aligned_silhouettes {
 }}  // namespace ldi
 
 // ---- ldi/depth/level_dips.hpp
-// Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
+// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring around
+// an object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
 // (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
@@ -15369,8 +15385,8 @@ private:
 /// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
 /// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
 /// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
-/// middle value, and does not change. Linear time, except for a binary search in a row per pixel of a small component; up to 60
-/// bytes per pixel.
+/// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
+/// components. Up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
@@ -15431,9 +15447,9 @@ struct step_band {
 /// disparity  H x W x 1, finite
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. Of several nearest curve pixels, the leftmost one counts, or the upper one
-/// of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and
-/// columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
+/// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
+/// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
+/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -15620,7 +15636,7 @@ struct bilinear_place {
     float share;  ///< weight of `second`
 };
 
-/// Returns the two map samples to interpolate between for each photo pixel along one axis. `samples` and `pixels` are the sizes
+/// For each photo pixel along one axis, returns the two map samples to interpolate between. `samples` and `pixels` are the sizes
 /// of map and photo along this axis. The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
@@ -15713,8 +15729,8 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that lie entirely in the band. A pixel keeps its disparity if it lies no farther than this share of the step
-    /// from the disparity of the pixel's side, toward the other side.
+    /// Applies to pixels that no disparity from outside the band reaches. Such a pixel keeps its own disparity if this deviates
+    /// from the disparity of the pixel's side, toward the other side, by at most this share of the step.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
     /// silhouette, and changes sides whatever its size.
@@ -15786,9 +15802,9 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. A pixel that these do not reach keeps its disparity, and
-    /// passes it on, if it is close to the disparity of the pixel's side. All remaining pixels get the front or back disparity of
-    /// the nearest curve pixel.
+    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its own
+    /// disparity if that is close to the disparity of the pixel's side. In a second pass, such pixels pass their disparities on.
+    /// All remaining pixels get the front or back disparity of the nearest curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -15886,15 +15902,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class Network>
 class network_decider {
 public:
-    /// network    nullptr selects aligned_silhouettes, for programs that let the user choose
+    /// network    nullptr selects aligned_silhouettes, so that a program can let its user choose between the two deciders
     /// alignment  options of aligned_silhouettes
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
     /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
     /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
-    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels
-    /// for any disparity.
+    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels,
+    /// whatever their disparities.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -16033,9 +16049,9 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
-/// range. Linear time; 8 bytes per sample.
+/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, an inverse depth is negative, all inverse
+/// depths except the clipped ones are 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an
+/// option outside its range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -16048,8 +16064,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
-        raise(error_code::invalid_data, "disparity", "values above 0",
-              "no value above 0, except in the clipped_share of the values");
+        raise(error_code::invalid_data, "disparity", "values above 0", "no value above 0 outside the clipped_share");
     const double step = std::abs(highest) * options.relative_step;
     const double span = (std::max)(highest - lowest, step / options.max_step);
 
@@ -16113,12 +16128,13 @@ struct four_pixels {
     std::array<float*, wide> result{};
 };
 
-// Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
+// Returns the first pixel of a row or column that belongs to `sample` or to a later sample. A pixel belongs to the sample that
+// contains the pixel's left or upper edge.
 inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
     return (sample * pixel_count + sample_count - 1) / sample_count;
 }
 
-// Averages, for each sample of the map, the colors of the photo's pixels whose centers lie in the sample.
+// Averages, for each sample of the map, the colors of the photo's pixels that belong to the sample (first_pixel()).
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<std::size_t> first_column(columns + 1);
@@ -16175,7 +16191,7 @@ inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule s
     return result;
 }
 
-// Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
+// Resamples a map that is coarser than the photo. All pixels that belong to one sample use the same window.
 class upsampler {
 public:
     upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
@@ -16190,7 +16206,7 @@ public:
           spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
           color_falloff_(0.5F / (options.color_sigma * options.color_sigma)) {}
 
-    // Sets the pixels nearest to the samples of rows [first, last).
+    // Sets the pixels that belong to the samples of rows [first, last).
     void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
         interpolate(first_row(first), first_row(last), result);
         window around;
@@ -16364,7 +16380,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were blurred like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were blurred to resemble a network's depth maps.
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
@@ -16411,8 +16427,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, because the outermost samples of a
-// network's depth map are unreliable. Extends edges from farther inside to the border.
+// Marks with 1 the samples within `radius` of edges. Ignores edges within 2 * `radius` samples of the border, because a network's
+// depth map is unreliable there. Samples in this margin copy the mark of the nearest sample farther inside.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
@@ -16527,8 +16543,8 @@ struct comparator {
     unsigned char low, high;
 };
 
-// A sorting network. merge() is Batcher's odd-even merge of two sorted lists, given by the positions of their elements: it
-// appends comparators and returns the merged order.
+// A sorting network. merge() implements Batcher's odd-even merge: it accepts the positions of the elements of two sorted lists,
+// appends comparators to the network, and returns the positions in merged order.
 template <std::size_t Capacity>
 struct network {
     std::array<comparator, Capacity> comparators{};
@@ -16770,7 +16786,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, including on curves in front of the background; for comparison with `midground`
+    all,        ///< every end inside the photo, even if the curve is in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
@@ -16885,8 +16901,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// Raises invalid_option for a density outside [0, 2].
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
-/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. Even at a curve's
-/// end, the step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
+/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained: even there, the
+/// disparity step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
 /// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
@@ -17183,10 +17199,11 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Whether no surface can grow any further. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
+    /// Whether no surface can grow any further.
     bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
 
-    /// Approximate number of iterations until growth is finished. Surfaces that recede behind the front need more.
+    /// Approximate number of iterations until growth is finished. Growth in four directions needs up to sqrt(2) iterations per
+    /// pixel of distance. Surfaces that recede behind the front need more.
     int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -17591,8 +17608,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 /// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
-/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold that is not 0 or
-/// more; invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold below 0 or NaN;
+/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
@@ -17683,8 +17700,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/border_lines.hpp
-// Measures the slopes of lines at a photo's border, and selects the photo's pixels whose colors its surfaces repeat past the
-// border (occlusion/past_frame.hpp).
+// Measures the slopes of lines at a photo's border, and selects the pixels whose colors are repeated where surfaces continue past
+// the border (occlusion/past_frame.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17723,10 +17740,10 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, from the innermost outward, then the sources of the
-    /// `count` pixels past the border. The source of a pixel is the pixel whose color it gets. The path of the sources mirrors
-    /// the photo: it leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns
-    /// the number of rim pixels, or 0 if the surface ends within the rim.
+    /// Appends the source of each rim pixel in line with the border pixel `start`, from the innermost outward, then the source of
+    /// each of the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path
+    /// leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of
+    /// rim pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -17755,8 +17772,8 @@ private:
     struct sums {
         float inward_along = 0, along_along = 0, inward_inward = 0;
 
-        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize it toward 0,
-        /// because lines nearly parallel to the border and noise make it unreliable.
+        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize m toward 0,
+        /// because m is unreliable for noise and for lines nearly parallel to the border.
         float slope() const {
             const float squares = along_along + 0.1F * inward_inward + nearest_float(20 * depth);
             return std::clamp(-inward_along / squares, -1.5F, 1.5F);
@@ -18012,7 +18029,7 @@ public:
     struct repainted_pixel {
         std::int32_t pixel, source;
     };
-    /// Returns the pixels of rims, in the order in which the caller has to repaint them.
+    /// Returns the pixels of rims, in the order in which the caller must repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
     /// Returns the pixels that run() added.
     const frame_pixels& pixels() const { return pixels_; }
@@ -18023,8 +18040,8 @@ private:
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. `source` is that old pixel, or the old pixel that the new pixel shows. `border` is the border pixel whose disparity
-    /// the column gets.
+    /// row. If that pixel is old, it is also `source`; if it is new, `source` is the old pixel that it shows. `border` is the
+    /// border pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -18191,14 +18208,14 @@ private:
 // Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
 // the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
 //
-// The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
+// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces there keep
 // their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
 // and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
 // the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
 // continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
-// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
-// process a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
+// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
+// the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18263,7 +18280,7 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, mismatch if `facts` has a margin or if the camera and the lattice differ in
+/// invalid_option for a motion below 0 or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ in
 /// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
 /// are empty. Linear time.
 template <payload_column... Columns>
@@ -18379,8 +18396,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on the unknown
-///                 pixel's side `side`
+/// value           value(pixel, side) returns the channels of the known pixel `pixel`, an unknown pixel's neighbor on side `side`
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
@@ -18520,8 +18536,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: farther than lens and JPEG blur
-    // a silhouette, but less than the width of small objects. Tuned by experiment.
+    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: beyond the blur that lens and
+    // JPEG cause at silhouettes, but less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -18610,7 +18626,7 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel on a silhouette, and unmixed colors of the surfaces in front and behind.
+/// A pixel side that lies on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
     side toward_front;         ///< direction from `back` to `front`
@@ -18679,13 +18695,13 @@ private:
         }
     }
 
-    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band, or on a surface
-    /// narrower than the band, to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps
-    /// from a silhouette, where colors are mixed.
+    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band. On a surface narrower
+    /// than the band, walks to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a
+    /// silhouette, where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette, no neighbor may be farther from it than the pixel. The walk then goes straight on.
+        // At a corner of the silhouette, a pixel may have no neighbor that is farther away. The walk then continues straight.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {
@@ -18758,7 +18774,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast. At half the contrast, the color is not a mixture of the two.
+    // Grain alone causes errors of a tenth of the contrast. If the error is half the contrast, no mixture explains the color.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
@@ -18797,8 +18813,8 @@ public:
     }
 
 private:
-    /// A pixel uses the color samples at its own nearest silhouette side, and at the nearest sides of four other pixels. These
-    /// are this many pixels away along its row and column.
+    /// Distance in pixels to four other pixels, along the row and the column. A pixel uses the color samples at its own nearest
+    /// silhouette side, and at the nearest sides of these four.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -19167,7 +19183,7 @@ void count_steps(texture_cells& cells, IsLinked&& is_linked) {
 /// Selects and numbers the cells.
 ///
 /// g       in canonical order
-/// reach   maximum steps from an unknown pixel to a source
+/// reach   maximum steps from a source to the nearest unknown pixel
 /// margin  width of the margin around sources; reach + margin must be less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
@@ -19204,8 +19220,9 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/texture_looks.hpp
-// Color features of texture cells: their high frequencies, and their blurred surroundings. The blur is a 3 x 3 binomial filter
-// over links, applied four times. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// Color features of texture cells: high frequencies, and blurred surroundings. The blur is a 3 x 3 binomial filter over links.
+// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. Sums
+// remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -19373,7 +19390,7 @@ private:
     // One in `search_interval` cells also samples random sources. Good sources then propagate to its neighbors.
     static constexpr std::uint32_t search_interval = 32;
 
-    /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
+    /// Finds the known cell nearest to each unknown cell along links, or no_pixel. The search samples candidates around it.
     void find_nearest_known() {
         nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         buffer<std::int32_t> wave, further;
@@ -19472,7 +19489,7 @@ struct texture_options {
     /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
     /// gradually. With a large limit, edges are copied, too.
     float crest = 4.0F;
-    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources, 1 to 200.
+    /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps over links, 1 to 200.
     int reach = 32;
     /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
     /// value and twice this value, texture fades to grain.
@@ -19602,8 +19619,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if `from` and
-/// `to` look alike.
+/// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
+/// 1. Returns 0 if `from` and `to` look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
@@ -19796,8 +19813,8 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 }
 
 /// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
-/// side exceeds it already. Otherwise, multiplies the area of each box whose longer side L exceeds it by `side` / L, because the
-/// pieces of a winding chart together are as long as the whole.
+/// side is longer now. For a box whose longer side L exceeds the limit, multiplies the area by `side` / L, because the pieces of
+/// a winding chart together are as long as the whole.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -19810,8 +19827,8 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
-/// nearest contested pixel. Each lattice position stores the last pixel of any chart that was placed there, so that nothing must
-/// be cleared between charts.
+/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that a chart accepted there last. A pixel of
+/// an earlier chart counts as none, so nothing must be cleared between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -19910,8 +19927,8 @@ private:
         }
     }
 
-    /// Adds a pixel, and the pixels that are linked to its right and left, to the chart. Queues contested pixels instead. Skips a
-    /// pixel that already has a chart.
+    /// Adds a pixel, and the pixels linked to its right and left, to the chart. Queues contested pixels instead. Skips a pixel
+    /// that already has a chart or would make the bounding box too large.
     void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return;
         if (near_other_[at(x, y)] != 0)
@@ -19920,7 +19937,7 @@ private:
             add_strip(pixel, x, y);
     }
 
-    /// Adds a pixel that is the only one at its position. Extends the strip to the right and to the left along links.
+    /// Adds a pixel that is not contested, and all such pixels that links connect to it on the right and left, as one strip.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
@@ -20046,8 +20063,8 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step, as
-    /// in expand().
+    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step. The
+    /// limit for links in expand() is almost the same (max_joined_step).
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
@@ -20081,10 +20098,9 @@ private:
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
 // Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
-// pixels. Contested pixels join a chart after all others, nearest first. The surface that the photo shows then stays in one
-// piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
-// background's hidden part would reach the end of a silhouette before the front surface, and cut a piece out of the front
-// surface.)
+// pixels. Contested pixels join a chart after all others, nearest first. This keeps the surface that the photo shows in one
+// piece; only the surfaces behind it are divided. (In plain breadth-first order, the background's hidden part would reach the end
+// of a silhouette before the front surface, and cut a piece out of the front surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
 // would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
 // it.
@@ -20097,7 +20113,8 @@ struct chart_options {
     /// 1152 x 1536, eight had the best atlas when the photo was not divided: their charts filled 0.58 to 0.89 of the atlas, and
     /// the atlas compressed 3 to 5 % smaller than with a limit of 512. The default therefore divides only larger photos.
     std::int32_t max_side = 2048;
-    /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
+    /// Range of the texture filter, 1 to 8: within this many rows and columns of a pixel, its chart has no pixel of a different
+    /// surface.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
     /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary.
@@ -20151,8 +20168,9 @@ struct packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf (free rectangle) of the tree that is large
-/// enough. Only the free leaves are stored, from left to right, because every search of the tree ends in one of them.
+/// A sheet of fixed size, divided by a tree whose leaves are free or occupied rectangles. Inserts rectangles one by one, each
+/// into the first free leaf that is large enough. Stores only the free leaves, in the order of the tree, because every search of
+/// the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
@@ -20422,7 +20440,7 @@ private:
     /// Raises mismatch for the first pixel of a run whose texel already belongs to another pixel.
     [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
         for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
-        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
+        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel per position",
               "a chart with pixel " + std::to_string(pixel) + " and an earlier one at (" + std::to_string(graph_.x()[pixel]) +
                   ", " + std::to_string(graph_.y()[pixel]) + ")");
     }
@@ -20586,10 +20604,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding below 1, mismatch for
-/// charts of another image or with two pixels at one position. Time is linear in pixels and texels, except for packing, whose
-/// time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32 bytes per pixel and
-/// per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding below 1; and mismatch for
+/// charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except
+/// for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32
+/// bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -20777,8 +20795,8 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
-    /// Changes the source from `photo` to `cleaned` for pixels within `guarded` rows and columns of a pixel with another
-    /// source. Searches along rows, then along columns.
+    /// Changes the source of a pixel from `photo` to `cleaned` if another pixel, within `guarded` rows and columns, has a
+    /// different source. Pixels outside the photo do not count. Searches along rows, then along columns.
     void guard_borders() {
         // 1 if the row has a pixel within `guarded` columns whose source is not the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
@@ -20923,10 +20941,10 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/texture/sheets.hpp
-// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
-// and memory without a gain. Colors can be finer. draw_sheet() redraws the charts with visible pixels on separate sheets, with
-// one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are drawn
-// one at a time, so that only one must be in memory.
+// Full-size textures. Depth has less detail than the photo, so layered images stay small: at the photo's size they would cost
+// time and memory without a gain. Only textures gain from the full size. draw_sheet() redraws the charts with visible pixels on
+// separate sheets, with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft
+// edges. Sheets are drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
@@ -20947,8 +20965,8 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
         raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
               "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
-                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") of " + std::to_string(atlas.kind.width()) +
-                  " x " + std::to_string(atlas.kind.height()));
+                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") in an atlas of " +
+                  std::to_string(atlas.kind.width()) + " x " + std::to_string(atlas.kind.height()));
 }
 
 }  // namespace detail
@@ -21027,8 +21045,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
 }
 
 /// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, copies texels from the photo.
-/// Beside silhouettes and where colors were changed, removes the neighboring surface's share from the photo's color. Where the
-/// photo shows another surface, interpolates the colors of the atlas.
+/// Beside silhouettes, and where the layered image's color differs from the photo's, removes the neighboring surface's share from
+/// the photo's color. Where the photo shows another surface, interpolates the colors of the atlas.
 ///
 /// sheet          1 to layout.sizes.size() - 1
 /// charts, atlas  those given to lay_out_sheets()
@@ -21624,7 +21642,7 @@ struct simplify_options {
     float texture_tolerance = 0.5F;
 };
 
-/// An edge of the simplified boundary: from the kept corner number `index` of a piece to the next kept corner.
+/// An edge of the simplified boundary: from the kept corner with index `index` of a piece to the next kept corner.
 struct boundary_edge {
     std::int32_t piece, index;
     friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
@@ -21822,7 +21840,8 @@ public:
     /// Whether the chart ends above any pixel of the row within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
-    /// Whether all rows within the clearance belong to the chart, from the row of `pixel` toward side `s` (0 up, 2 down).
+    /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
+    /// down). Each row extends by the clearance to the left and right of the pixel's left side.
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
@@ -22274,8 +22293,8 @@ class crossing_finder {
 public:
     /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
     /// of both. overlap(v, w): v and w lie at one point, and the interiors at both vertices overlap. spike(v): the outline
-    /// doubles back at v, or has an edge of length 0 there. Two edges may coincide in opposite directions, as along a slit. May
-    /// report a fault more than once.
+    /// doubles back at v, or has an edge of length 0 there. Two edges that coincide in opposite directions, as along a slit, are
+    /// not a fault. A fault may be reported more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -22292,8 +22311,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that no two of the
-    /// remaining edges meet.
+    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that there are
+    /// no faults between the other edges.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -22998,7 +23017,7 @@ public:
             // If none of these edges can be split, the cause lies elsewhere in the chart, so split all edges of its outline.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
-                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
+                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel per position",
                       "chart " + std::to_string(c) + ", whose outline crosses itself");
             return;
         }
@@ -23012,7 +23031,7 @@ public:
     }
 
 private:
-    /// Requests a split of both edges for each crossing that is found.
+    /// Requests splits of the edges that take part in a crossing.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;
@@ -23171,10 +23190,10 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/hems.hpp
-// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at a hidden surface
-// of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp), and at the photo's surface if it reaches the
-// free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different depths. Without a
-// hem, a moving camera would see a gap between them.
+// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at another hidden
+// surface of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp). At the free end of a silhouette
+// (core/trace_curves.hpp), it ends at the photo's surface. The outlines of the two surfaces are simplified independently and lie
+// at different depths. Without a hem, a moving camera would see a gap between them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23459,8 +23478,8 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 // ---- ldi/mesh/detail/soft_edges.hpp
 // Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
 // of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
-// continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
-// (inpaint/mixed_colors.hpp computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered
+// continues the surface. Where the photo's foreground colors extend farther, as with hair, the matte
+// (inpaint/mixed_colors.hpp) makes the strip wider. Zitnick et al., High-Quality Video View Interpolation Using a Layered
 // Representation (SIGGRAPH 2004), blend such strips.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -23585,7 +23604,7 @@ private:
         return sum;
     }
 
-    /// Computes the offset from each corner of the edge to the outer end of the strip.
+    /// Computes the offset from each corner of the piece to the outer end of the strip.
     void find_rims() {
         rims_.assign(corners_.size(), plane_vector{});
         const std::int32_t last = edge_count();
@@ -23614,8 +23633,8 @@ private:
         }
     }
 
-    /// Returns the vertices of a corner on the edge and at the outer end of the strip. They are equal where the strip tapers
-    /// off.
+    /// Returns the two vertices of a corner: at the edge of the mesh and at the outer end of the strip. They are equal where the
+    /// strip tapers off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];
@@ -23717,7 +23736,7 @@ inline void check_facts(const photo_facts& facts) {
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    /// hems  one per entry of flat_mesh::open_corners
+    /// hems  result of hem_finder::find(): one per entry of flat_mesh::open_corners
     mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
@@ -23828,7 +23847,7 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies it afterward, so that charts meet exactly, even if the compiler changes float
+    /// Lifts each corner once and copies its position afterward, so that charts meet exactly, even if the compiler changes float
     /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
@@ -23994,7 +24013,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                       "), for pixel " + std::to_string(mesh.pixels[v]) + " at (" + std::to_string(g.x()[mesh.pixels[v]]) + ", " +
                       std::to_string(g.y()[mesh.pixels[v]]) + ")");
         std::array<scalar, 4 * Column::channels> values{};
-        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
+        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // count is at most 4; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
         const auto at_vertex = vertex_values<Column>({{values.data(), around.count * Column::channels}});
         std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
@@ -24144,7 +24163,7 @@ struct view {
     }
 };
 
-/// Moves the photo's camera within its image plane, without rotation, so that points of `disparity` shift by `pixels_right` and
+/// Moves the photo's camera within its image plane, without rotation, so that points at `disparity` shift by `pixels_right` and
 /// `pixels_down` on screen (negative: left, up). Points at other depths shift in inverse proportion to their depth.
 inline view moved_view(const pinhole_camera& camera, const depth_range& range, float disparity, float pixels_right,
                        float pixels_down = 0) {
@@ -24217,8 +24236,8 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
 }}  // namespace ldi
 
 // ---- ldi/render/camera_paths.hpp
-// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep one point, at the middle of the
-// photo and at the depth in focus, in the middle of the picture. Nearer and farther surfaces move relative to this point.
+// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). Each predefined path keeps one point in the middle
+// of the picture: the point in the middle of the photo at the depth in focus. Nearer and farther surfaces move relative to it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -24437,8 +24456,8 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
 }}  // namespace ldi
 
 // ---- ldi/render/detail/screen_triangles.hpp
-// Triangles in screen space: clipped, projected, rounded to fixed point, and divided into spans of samples. After rounding, all
-// arithmetic is in integers, so triangles with a common edge neither miss nor share samples, on any machine.
+// Triangles in screen space: clipped, projected, rounded to fixed point, and divided into spans of samples. After rounding, spans
+// are computed in integers, so triangles with a common edge neither miss nor share samples, on any machine.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -24507,8 +24526,8 @@ struct screen_plane {
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
-/// Depth and texture coordinates at the samples of a triangle. Inverse depth and texture coordinates divided by depth are
-/// affine on the screen.
+/// Depth and texture coordinates at the samples of a triangle. Two kinds of values are affine on the screen: inverse depth, and
+/// texture coordinates divided by depth.
 class screen_values {
 public:
     explicit screen_values(const screen_triangle& t)
@@ -24580,8 +24599,8 @@ public:
     }
 
 private:
-    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that the point can be projected for an
-    /// edge of any length.
+    /// Returns the point where an edge intersects a plane. Moves this point exactly onto the plane: on a very long edge, rounding
+    /// could otherwise put it where it cannot be projected.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
@@ -24690,8 +24709,9 @@ struct rendering {
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
 ///           repeat the edge
 ///
-/// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch if the backdrop has another size;
-/// invalid_option for invalid options or an invalid view; and too_large if the view's longer side times samples exceeds 2^19.
+/// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch for a backdrop whose size differs from the
+/// view's or that does not have 3 channels; invalid_option for invalid options or an invalid view; and too_large if the view's
+/// longer side times samples exceeds 2^19.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
@@ -24832,7 +24852,7 @@ struct vertical_extent {
 /// experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
-/// Lists for every band the objects that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+/// Lists the objects that may touch each band, in order: those of band b are list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     buffer<std::size_t> start;
     buffer<std::int32_t> list;
@@ -24868,8 +24888,8 @@ private:
     std::int64_t rows_, band_rows_;
 };
 
-/// Renders `count` objects. Bands do not depend on the number of threads, and one thread draws each band in the order of the
-/// objects.
+/// Renders `count` objects. The bands do not depend on the number of threads, and each band is drawn by a single thread, in the
+/// order of the objects. The result is therefore the same for any number of threads.
 ///
 /// extent(i)      vertical_extent of object i
 /// draw(i, band)  draws object i into a band
@@ -25062,9 +25082,9 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Moves a view to the right along the horizontal axis of its picture (negative `distance`: to the left), in units of the photo's
-/// space. For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
-/// picture.
+/// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative: to
+/// the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window` keep their
+/// position in the picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
@@ -25089,7 +25109,8 @@ inline void check_pair(image_view<const std::uint8_t> left, image_view<const std
 
 }  // namespace detail
 
-/// Combines two pictures into one of H x 2W x 3, the left eye's picture on the left. Raises mismatch.
+/// Combines two pictures into one of H x 2W x 3, the left eye's picture on the left. Raises mismatch unless both have the same
+/// size and 3 channels.
 inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
@@ -25102,8 +25123,9 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
 }
 
 /// Combines two pictures into an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
-/// picture's brightness (Rec. 601); the green and blue channels are the right picture's. This method, "half color", makes
-/// colored objects equally bright for both eyes. Raises mismatch.
+/// picture's brightness (Rec. 601); the green and blue channels are the right picture's. With this method, "half color", the
+/// brightness of colored objects differs less between the eyes than with the left picture's own red channel. Raises mismatch
+/// unless both have the same size and 3 channels.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result(right);
@@ -25510,7 +25532,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// Parses a whole number without sign, decimal point or exponent. Returns an empty result for any other value.
+/// Parses a whole number below 2^64 without sign, decimal point or exponent. Returns an empty result for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;
@@ -25538,7 +25560,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
 /// where  name of the file in messages
 ///
-/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
+/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). Messages
+/// about a tensor name it.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
@@ -25550,7 +25573,7 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end() || found->second != expected)
-        raise(error_code::mismatch, file.where, what + ", " + key + " " + expected + " in its metadata",
+        raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
               found == file.metadata.end() ? "none" : printable(found->second));
 }
 
@@ -25613,8 +25636,7 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or one of another kind or size");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or an invalid value");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -25668,7 +25690,7 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that are text",
+            raise(error_code::invalid_data, where, "metadata with string values",
                   std::string(kind_text(value.kind)) + " for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
@@ -25739,8 +25761,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
 ///       float32
 ///
-/// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
-/// network.
+/// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
+/// describe a different kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
@@ -25752,7 +25774,7 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
     const auto name = file.metadata.find("name");
     if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
     if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
-    raise(error_code::mismatch, file.where, "an inpainting network, name farbrausch or partial_convolution in its metadata",
+    raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
           name == file.metadata.end() ? "none" : printable(name->second));
 }
 
@@ -25767,7 +25789,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Members with only one accepted value, because other values would require other arithmetic.
+    // Members with only one accepted value, because any other value would require different arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -25786,13 +25808,13 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const auto number = [&](const json_value& value, const char* key) {
         const std::optional<std::uint64_t> size = whole_number(value);
         if (!size || *size > std::uint64_t{1} << 20)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(value.text));
+            raise(error_code::unsupported, here, "a whole number for " + std::string(key), printable(value.text));
         return static_cast<std::int32_t>(*size);
     };
     const auto each_of = [&](const char* key, auto&& visit) {
         const json_value list = json_member(text, key);
         if (list.kind != json_kind::array)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(list.text));
+            raise(error_code::unsupported, here, "a list of whole numbers for " + std::string(key), printable(list.text));
         for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
     };
     result.channels.clear(), result.kernels.clear();
@@ -25884,7 +25906,7 @@ struct picture_header {
     std::size_t memory_per_pixel = 0;               ///< upper bound on the decoder's memory in bytes per pixel
     double more_memory = 0;                         ///< additional memory of the decoder in bytes for the whole picture
     std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
-    std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
+    std::size_t scanned_channels = 0;               ///< JPEG only: number of channels in each scan, summed over all scans
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
@@ -26093,7 +26115,7 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// Returns the text after a key and its colon in the header of an NPY file, which is a Python dictionary; empty if the key is
+/// Returns the text after a key and its colon in an NPY header, which is a Python dictionary. Returns an empty text if the key is
 /// missing.
 ///
 /// key  including its quotes
@@ -26151,7 +26173,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
     header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");
     header.columns_first = order.substr(0, 4) == "True";
-    if (!header.columns_first && order.substr(0, 5) != "False") broken("no order in its header");
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no fortran_order in its header");
     std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
     if (!shape) broken("no shape in its header");
     drop_unit_axes(*shape);
@@ -26451,8 +26473,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Whether each Huffman table of a segment is complete and has at most 256 codes. Other tables make stb_image 2.27 write beyond
-/// its buffers.
+/// Whether a segment contains all bytes of its Huffman tables, and each table has at most 256 codes. Other tables make stb_image
+/// 2.27 write beyond its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -26538,7 +26560,7 @@ private:
 
     void read_frame(unsigned marker, std::span<const std::byte> body) {
         if (marker > 0xC2) unsupported(marker == 0xC3 ? "a lossless JPEG" : "an arithmetic-coded or hierarchical JPEG");
-        if (components_ != 0) broken("two pictures in one");
+        if (components_ != 0) broken("a second frame header");
         if (body.size() < 6) broken("a short frame header");
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
@@ -26651,7 +26673,7 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
 
 }  // namespace detail
 
-/// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
+/// Reads the header of a JPEG or PNG file. Raises unsupported (any other format, or an unsupported variant), invalid_data (empty,
 /// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
@@ -26671,7 +26693,7 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for another number of channels and
+/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for any other number of channels and
 /// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
@@ -27149,8 +27171,9 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
-/// the metadata describe another kind of network, or if their band constants differ from those in depth/step_band.hpp.
+/// Decodes a silhouette network. Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
+/// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
+/// band (depth/step_band.hpp) differ.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27161,7 +27184,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
         raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
     const std::string here = where + ", architecture";
     const detail::json_value text = detail::read_json_object(found->second, 4, here);
-    // Other values would require another band or other arithmetic.
+    // Any other value would require a different band or different arithmetic.
     const std::string_view fixed[][2] = {{"version", "1"},        {"layout", "\"out,in,height,width\""},
                                          {"prior", "6.0"},        {"kernel", "3"},
                                          {"max_step", "0.02"},    {"min_step", "0.06"},
@@ -27177,8 +27200,8 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
 
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
-// network is small, was trained on the results of other networks, and computes with the same arithmetic as the published
-// network. io/weight_files.hpp loads it from disk.
+// network is small, was trained on the results of other networks, and uses the same arithmetic as the published Tiefenrausch.
+// io/weight_files.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27191,7 +27214,7 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
     const std::string& digits = found->second;
     if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
         raise(error_code::invalid_data, place_in(file.where, std::string("metadata \"") + key + "\""),
-              "a number of pixels of one to four digits", printable(digits));
+              "a number of pixels with one to four digits", printable(digits));
     std::size_t size = 0;
     for (const char digit : digits) size = 10 * size + static_cast<std::size_t>(digit - '0');
     return size;
@@ -27202,8 +27225,8 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 /// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
 /// and "layout_long_side" are optional values of depth_network_sizes.
 ///
-/// Raises the errors of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch if the metadata describe
-/// another network.
+/// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
+/// metadata describe a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27235,8 +27258,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
-    /// before the pass at the photo's resolution.
+    /// Number of weighted median passes at the estimator's own resolution, in addition to the pass at the photo's resolution. At
+    /// the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
@@ -27303,8 +27326,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
 
 namespace detail {
 
-/// Returns the maximum distance, after alignment, of silhouettes from the edges that they follow in the photo, in pixels; 0 for a
-/// depth map at the photo's resolution.
+/// Returns how far silhouettes may be from the photo's edges after alignment, in pixels; 0 for a depth map at the photo's
+/// resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -27445,7 +27468,7 @@ struct cleaned_photo {
 /// photo      H x W x 3, at least one pixel
 /// estimator  if this is a temporary given_disparity, its map is moved, not copied
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
@@ -27608,7 +27631,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// The differences from the defaults:
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
-///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
+///   photo_facts::motion is then the largest motion without gaps, which for most photos is smaller than the default.
 /// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
 /// - The median filter runs once, at the photo's resolution.
 /// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
@@ -27618,7 +27641,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
 /// behind silhouettes join where their depth is similar (occlusion/expand.hpp), and a step of s in disparity grows the surface
-/// behind it by at most s times the photo's long side, which is less than 50 pixels only in small photos.
+/// behind it by at most s times the photo's long side. This limit is below 50 pixels only in small photos.
 inline photo3d_options paper_options() {
     photo3d_options options;
     options.max_sample_size = 1.0F;
