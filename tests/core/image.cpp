@@ -1,6 +1,8 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/core/image.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -127,14 +129,7 @@ TEST_CASE("a stride in bytes is refused unless it is a multiple of the value's s
 
 TEST_CASE("image sizes beyond the address space are refused, even if their product overflows to a small number") {
     constexpr std::size_t half = std::size_t{1} << (4 * sizeof(std::size_t)), most = static_cast<std::size_t>(-1);
-    const auto is_refused = [](auto&& make) {
-        try {
-            make();
-        } catch (const error& failure) {
-            return failure.code() == error_code::too_large;
-        }
-        return false;
-    };
+    const auto is_refused = [](auto&& make) { return testing::raised(make) == error_code::too_large; };
     float value = 0;
     for (const std::array<std::size_t, 3>& size : {std::array{2 * half, 2 * half, std::size_t{1}},
                                                    {half + 1, half, 1},

@@ -43,7 +43,7 @@ std::vector<traced_curve> curves_of(const curve_tracer& tracer) {
     return curves;
 }
 
-/// Lengths of the curves around the digits' surfaces; negative for closed curves.
+/// Numbers of sides of all curves; negative for closed curves.
 std::vector<int> lengths_of(const curve_tracer& tracer) {
     std::vector<int> lengths;
     for (const traced_curve& t : curves_of(tracer)) lengths.push_back(static_cast<int>(t.sides.size()) * (t.is_closed ? -1 : 1));

@@ -201,7 +201,7 @@ TEST_CASE("the decider's memory is linear in the number of pixels, even for hard
         for (const std::size_t unit : {std::size_t{1}, std::size_t{5}}) {
             std::array<double, 2> per_pixel{}, peak_per_pixel{};
             for (std::size_t i = 0; i < 2; ++i) {
-                const std::size_t height = 96 << i, width = 128 << i;
+                const std::size_t height = std::size_t{96} << i, width = std::size_t{128} << i;
                 const image<float> map = ldi::testing::hard_map(name, height, width, unit);
                 const image<std::uint8_t> photo = ldi::testing::noisy_photo(height, width);
                 ldi::testing::counted_memory own;

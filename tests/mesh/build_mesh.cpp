@@ -1,5 +1,7 @@
 #include <ldi/mesh/build_mesh.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
 #include <tests/support/surfaces.hpp>
@@ -191,13 +193,8 @@ TEST_CASE("a camera without focal length, distances out of order, and an atlas w
     const charted_graph c = ldi::testing::random_charts(3, 20);
     const ldi::photo_facts right{camera_of(c), range, {}};
     const ldi::texture_atlas right_atlas = atlas_of(random_placements(c, 3));
-    const auto result_of = [&](const ldi::photo_facts& facts, const ldi::texture_atlas& atlas) -> std::optional<ldi::error_code> {
-        try {
-            ldi::build_mesh(layers_of(c), facts, c.charts, atlas, small_options());
-        } catch (const ldi::error& e) {
-            return e.code();
-        }
-        return std::nullopt;
+    const auto result_of = [&](const ldi::photo_facts& facts, const ldi::texture_atlas& atlas) {
+        return ldi::testing::raised([&] { ldi::build_mesh(layers_of(c), facts, c.charts, atlas, small_options()); });
     };
     REQUIRE_FALSE(result_of(right, right_atlas));
     const float infinite = std::numeric_limits<float>::infinity(), nan = std::nanf("");
@@ -229,12 +226,7 @@ TEST_CASE("a chart whose bounding box has a side above 8192 is refused") {
         c.charts.charts.push_back({0, 0, width, 1, {}});
         for (std::int32_t i = 0; i < width; ++i) c.charts.charts.front().pixels.push_back(i);
         c.disparity.assign(c.topology.size(), 0.5F);
-        std::optional<ldi::error_code> code;
-        try {
-            mesh_of(c, {{0, 0}}, small_options());
-        } catch (const ldi::error& e) {
-            code = e.code();
-        }
+        const std::optional<ldi::error_code> code = ldi::testing::raised([&] { mesh_of(c, {{0, 0}}, small_options()); });
         CHECK(code == (width > 8192 ? std::optional(ldi::error_code::too_large) : std::nullopt));
     }
 }

@@ -3,6 +3,7 @@
 #include <ldi/nn/ldi/convolution_layer.hpp>
 
 #include "tests/networks/reference_farbrausch.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
 
@@ -510,12 +511,7 @@ TEST_CASE("inpainting reports progress that never decreases, and stops on reques
 TEST_CASE("unsuitable weights and architectures are refused by name") {
     const named_tensors good = hashed_weights(small);
     const auto complaint = [](const named_tensors& weights, const inpainting_architecture& a) {
-        try {
-            const farbrausch network(weights, a);
-        } catch (const error& e) {
-            return std::string(e.what());
-        }
-        return std::string("nothing raised");
+        return testing::message_of([&] { farbrausch(weights, a); });
     };
     CHECK(complaint(good, small) == "nothing raised");
     for (const auto& [name, values] : good.tensors) {

@@ -1,5 +1,6 @@
 #include <ldi/texture/sheets.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/texture/photo_scene.hpp"
 
 #include <ldi/charts/charts.hpp>
@@ -254,29 +255,20 @@ TEST_CASE("sheets are the same on any number of threads") {
 TEST_CASE("invalid options, mismatched images and photos too large for the sheets are refused") {
     std::mt19937 random(16);
     const sheet_scene s = random_sheet_scene(random);
-    const auto code_of = [](auto&& call) {
-        try {
-            call();
-        } catch (const error& failure) {
-            return failure.code();
-        }
-        FAIL("accepted");
-        return error_code::invalid_data;
-    };
     const auto lay_out = [&](std::int32_t side, std::int32_t padding, std::size_t times) {
         lay_out_sheets(s.layers, s.charts, s.atlas, times * s.photo.height(), times * s.photo.width(), {side, padding});
     };
-    CHECK(code_of([&] { lay_out(1000, 4, 1); }) == error_code::invalid_option);
-    CHECK(code_of([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
-    CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the padding of the atlas is less
-    CHECK(code_of([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
-    CHECK(code_of([&] { max_chart_side(200); }) == error_code::too_large);
+    CHECK(testing::raised([&] { lay_out(1000, 4, 1); }) == error_code::invalid_option);
+    CHECK(testing::raised([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
+    CHECK(testing::raised([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the padding of the atlas is less
+    CHECK(testing::raised([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
+    CHECK(testing::raised([&] { max_chart_side(200); }) == error_code::too_large);
     CHECK(max_chart_side(1.0) > 4000);
     const auto draw = [&](std::size_t sheet, image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo) {
         draw_sheet(s.layout, sheet, s.charts, s.atlas, worked_on, photo);
     };
-    CHECK(code_of([&] { draw(0, s.worked_on, s.photo); }) == error_code::mismatch);
-    CHECK(code_of([&] { draw(s.layout.sizes.size(), s.worked_on, s.photo); }) == error_code::mismatch);
-    CHECK(code_of([&] { draw(1, s.photo, s.photo); }) == error_code::mismatch);
-    CHECK(code_of([&] { draw(1, s.worked_on, s.worked_on); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { draw(0, s.worked_on, s.photo); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { draw(s.layout.sizes.size(), s.worked_on, s.photo); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { draw(1, s.photo, s.photo); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { draw(1, s.worked_on, s.worked_on); }) == error_code::mismatch);
 }

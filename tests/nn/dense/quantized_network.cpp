@@ -1,6 +1,8 @@
 #include <ldi/nn/dense/quantized_network.hpp>
 #include <tests/support/random_bytes.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -390,24 +392,15 @@ TEST_CASE("inputs that a network cannot process are refused before memory is all
     ldi::serial_executor serial;
     CHECK(network.run(random.picture(4, 6, 4), serial).size() == 4 * 6 * 4);
 
-    const auto code = [&](auto&& action) {
-        try {
-            action();
-        } catch (const ldi::error& e) {
-            return e.code();
-        }
-        FAIL("nothing was refused");
-        return ldi::error_code::canceled;
-    };
-    CHECK(code([&] { network.run(random.picture(4, 5, 4), serial); }) == ldi::error_code::mismatch);
-    CHECK(code([&] { network.run(random.picture(4, 6, 3), serial); }) == ldi::error_code::mismatch);
-    CHECK(code([&] { network.run(ldi::image<std::uint8_t>(0, 6, 4), serial); }) == ldi::error_code::invalid_data);
-    CHECK(code([&] { network.output_size({20000, 20000}); }) == ldi::error_code::too_large);
-    CHECK(code([&] { network.output_size({~std::size_t{0}, ~std::size_t{0}}); }) == ldi::error_code::too_large);
+    CHECK(ldi::testing::raised([&] { network.run(random.picture(4, 5, 4), serial); }) == ldi::error_code::mismatch);
+    CHECK(ldi::testing::raised([&] { network.run(random.picture(4, 6, 3), serial); }) == ldi::error_code::mismatch);
+    CHECK(ldi::testing::raised([&] { network.run(ldi::image<std::uint8_t>(0, 6, 4), serial); }) == ldi::error_code::invalid_data);
+    CHECK(ldi::testing::raised([&] { network.output_size({20000, 20000}); }) == ldi::error_code::too_large);
+    CHECK(ldi::testing::raised([&] { network.output_size({~std::size_t{0}, ~std::size_t{0}}); }) == ldi::error_code::too_large);
 
     for (int i = 0; i < 40; ++i)
         description.operators.push_back({"larger", {0.04F, 0}, ldi::nearest_resize_description{description.operators.size(), 4}});
     description.output = description.operators.size();
     const ldi::quantized_network huge(description);
-    CHECK(code([&] { huge.output_size({2, 2}); }) == ldi::error_code::too_large);
+    CHECK(ldi::testing::raised([&] { huge.output_size({2, 2}); }) == ldi::error_code::too_large);
 }
