@@ -1,18 +1,24 @@
 #!/usr/bin/env python3
 """Checks the page of the lessons: every excerpt occurs line by line in its lesson, the page links every lesson, lessons are short, and
-pictures exist and are small. Lessons print the output that the page shows, with numbers within 5 %.
+pictures exist and are small. Lessons print the output that the page shows, with numbers within 5 %, and draw its pictures.
 
     page.py [FOLDER]      FOLDER: built lessons
 """
 
+import math
 import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+try:
+    from PIL import Image, ImageChops, ImageStat
+except ImportError:
+    Image = None
+
 FOLDER = Path(__file__).resolve().parent.parent.parent / "examples" / "learn"
-LONGEST_LESSON, LARGEST_PICTURES = 59, 600_000
+LONGEST_LESSON, LARGEST_PICTURES, LEAST_PSNR = 59, 600_000, 28
 
 page = (FOLDER / "README.md").read_text(encoding="utf-8")
 lessons = {path.name: path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("[0-9]*.cpp"))}
@@ -35,6 +41,24 @@ for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
         if not any(file[i:i + len(lines)] == lines for file in files for i in range(len(file))):
             faults.append(f"not in {' or '.join(linked)}:\n{excerpt}")
 
+
+def run_lesson(name, folder):
+    """Runs a built lesson in a folder, and returns its output, or None if it is not built."""
+    built = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve() / f"learn_{name}"
+    if not built.exists():
+        print(f"skipped: the output of {name}, which is not built")
+        return None
+    return subprocess.run([built], capture_output=True, text=True, check=True, cwd=folder).stdout
+
+
+def psnr(shown, drawn):
+    """Returns the PSNR in dB of a page's picture, which may be enlarged by a whole number, beside the one that the lesson draws."""
+    with Image.open(shown) as a, Image.open(drawn) as b:
+        a, b = a.convert("RGB"), b.convert("RGB").resize(a.size, Image.NEAREST)
+        error = sum(ImageStat.Stat(ImageChops.difference(a, b)).sum2) / (3 * a.width * a.height)
+        return 10 * math.log10(255 ** 2 / max(error, 1e-9))
+
+
 def differences(said, printed):
     """Returns whether outputs differ. Numbers may differ by 5 %: rounding depends on the processor and the compiler, timing on the threads."""
     number = r"\d+(?:\.\d+)?"
@@ -45,14 +69,10 @@ def differences(said, printed):
 
 for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
     for said in re.findall(r"^```text\n(.*?)^```", section, flags=re.MULTILINE | re.DOTALL):
-        lesson = Path(re.search(r"\]\((\d\d_\w+)\.cpp\)", section)[1])
-        built = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve() / f"learn_{lesson}"
-        if not built.exists():
-            print(f"skipped: the output of {lesson}, which is not built")
-            continue
+        lesson = re.search(r"\]\((\d\d_\w+)\.cpp\)", section)[1]
         with tempfile.TemporaryDirectory() as folder:
-            printed = subprocess.run([built], capture_output=True, text=True, check=True, cwd=folder).stdout
-        if differences(said.strip(), printed.strip()):
+            printed = run_lesson(lesson, folder)
+        if printed is not None and differences(said.strip(), printed.strip()):
             faults.append(f"{lesson} prints\n{printed}and the page says\n{said}")
 
 for name, text in lessons.items():
@@ -65,6 +85,14 @@ pictures = set(re.findall(r"\]\((pictures/[\w.]+)\)", page))
 kept = {f"pictures/{path.name}": path.stat().st_size for path in (FOLDER / "pictures").iterdir()}
 if pictures != set(kept):
     faults.append(f"pictures on the page and in the folder differ: {sorted(pictures ^ set(kept))}")
+if not Image:
+    print("skipped: the lessons' pictures, without Pillow")
+for name in sorted(kept) if Image else []:
+    with tempfile.TemporaryDirectory() as folder:
+        if run_lesson(Path(name).stem, folder) is not None:
+            similarity = psnr(FOLDER / name, Path(folder) / f"{Path(name).stem}.png")
+            if similarity < LEAST_PSNR:
+                faults.append(f"{name} has {similarity:.1f} dB to the picture that its lesson draws, less than {LEAST_PSNR}")
 if sum(kept.values()) > LARGEST_PICTURES:
     faults.append(f"pictures have {sum(kept.values())} bytes, more than {LARGEST_PICTURES}")
 
