@@ -1,5 +1,5 @@
 // The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file, and networks read their
-// weights from it (nn/ldi/weights.hpp).
+// weights from it (nn/weights.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
