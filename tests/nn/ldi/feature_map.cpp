@@ -53,6 +53,16 @@ TEST_CASE("upsample() refuses the map of another level") {
     CHECK(testing::raised([&] { upsample(coarse, nothing); }) == error_code::mismatch);
 }
 
+TEST_CASE("upsample() refuses a parent that is no row of the coarse map") {
+    const feature_map coarse(4, 1);
+    for (const std::int32_t parent : {4, 100000, -2}) {
+        const buffer<std::int32_t> parents{0, 3, no_pixel, parent};
+        CHECK(testing::raised([&] { upsample(coarse, parents); }) == error_code::mismatch);
+    }
+    const buffer<std::int32_t> parents{0, 3, no_pixel};
+    CHECK(upsample(coarse, parents).row_of(1) == 3);
+}
+
 // Views of temporaries, which must not compile.
 template <class Map>
 constexpr bool shows_temporary_values = requires {
