@@ -553,6 +553,10 @@ TEST_CASE("a moved-from layered image is empty") {
     CHECK(moved.size() == 6);
     CHECK(layers.size() == 0);  // NOLINT(bugprone-use-after-move)
     CHECK(layers.column<color_column>().empty());
+    photo_layer layer(moved);
+    const photo_layer other = std::move(layer);
+    CHECK((other.size() == 6 && layer.size() == 0));  // NOLINT(bugprone-use-after-move)
+    CHECK((layer.topology().width() == 0 && layer.column<color_column>().empty()));
 }
 
 TEST_CASE("a layered view refers to the caller's columns without a copy") {

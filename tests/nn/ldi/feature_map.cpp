@@ -18,6 +18,7 @@ TEST_CASE("a feature map stores a row of channels per pixel and moves without a 
     CHECK(a.at(4).size() == 3);
     const float* const values = a.values.data();
     const feature_map b = std::move(a);
+    CHECK(a.pixels() == 0);  // NOLINT(bugprone-use-after-move)
     CHECK(b.values.data() == values);
     CHECK(b.at(6).data() == values + 18);
     CHECK(feature_map().pixels() == 0);
