@@ -425,6 +425,9 @@ concept element_iterator = requires(T i) {
 /// (base/memory.hpp). Differences from std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty.
 ///
+/// Like any container, a temporary buffer converts to std::span<const T>, so that it can be an argument. Therefore
+/// `std::span<const float> s = make();` compiles, too, but `s` then refers to destroyed values. An array_view refuses it.
+///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
 /// value's copy constructor throws while the buffer grows or is assigned to. A buffer that grows copies values whose move
@@ -934,7 +937,7 @@ private:
 
 // ---- ldi/base/named_tensors.hpp
 // The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file, and networks read their
-// weights from it (nn/ldi/weights.hpp).
+// weights from it (nn/weights.hpp).
 
 #include <functional>
 #include <map>
@@ -1114,8 +1117,9 @@ inline float natural_logarithm(float x) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The camera of the photo. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF:
-/// x to the right, y up, the camera at the origin looking along -z.
+/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
+/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
+/// origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
     float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
@@ -1139,12 +1143,16 @@ struct pinhole_camera {
 
 /// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
 /// diagonal of a frame of 36 mm x 24 mm.
+///
+/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
 /// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
+///
+/// degrees  above 0, below 180
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
@@ -1152,7 +1160,8 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 
 /// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
 /// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
-/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range).
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
+/// distances: those outside the ranges below lead to depths that are infinite or NaN.
 struct depth_range {
     float z_near = 1.0F;  ///< depth at disparity 1, above 0
     float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
@@ -1395,6 +1404,13 @@ constexpr std::string_view to_string(invariant i) {
 struct violation {
     invariant broken;
     std::int32_t pixel;
+
+    /// Reports the violation as an error_code::mismatch.
+    ///
+    /// where  name of the function that requires the invariant
+    [[noreturn]] void refuse(std::string_view where) const {
+        raise(error_code::mismatch, where, to_string(broken), "a violation at pixel " + std::to_string(pixel));
+    }
 };
 
 /// Checks all invariants of a topology. Returns the first violation, if any. Linear time.
@@ -1436,11 +1452,6 @@ struct unchecked_t {
     explicit unchecked_t() = default;  // build({}) must not compile
 };
 inline constexpr unchecked_t unchecked{};
-
-[[noreturn]] inline void refuse_graph(const violation& found) {
-    raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
-          "a violation at pixel " + std::to_string(found.pixel));
-}
 }  // namespace detail
 
 /// A graph under construction. Its columns can be read like those of a finished graph.
@@ -1517,7 +1528,7 @@ public:
     /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
     /// then remains unchanged. Linear time.
     [[nodiscard]] graph build() && {
-        if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
+        if (const std::optional<violation> found = validate(view())) found->refuse("graph_builder");
         return graph(std::move(*this));
     }
     /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
@@ -1563,14 +1574,13 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the order that makes a graph canonical: `order[new index] = old index`.
-///
-/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties
-///
-/// Allocates 16 bytes per row of the lattice while it runs.
-inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
-    LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
+namespace detail {
+
+/// canonical_order() for a graph whose invariants hold.
+inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const float> disparity) {
+    if (!disparity.empty() && disparity.size() != g.size())
+        raise(error_code::mismatch, "canonical_order", std::to_string(g.size()) + " disparities",
+              std::to_string(disparity.size()));
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -1598,6 +1608,23 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
+}  // namespace detail
+
+/// Returns the order that makes a graph canonical: `order[new index] = old index`.
+///
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
+///            old order breaks ties; raises mismatch for any other number
+///
+/// Allocates 16 bytes per row of the lattice while it runs.
+inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+    return detail::order_of_sound(g, disparity);
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("canonical_order");
+    return detail::order_of_sound(g, disparity);
+}
+
 /// Returns the column in a new order: pixel i gets the `channels` scalars of pixel `order[i]`. Raises mismatch if an
 /// index is outside the column.
 template <class Scalar>
@@ -1606,7 +1633,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     buffer<Scalar> result(order.size() * channels);
     for (const std::int32_t old : order)
         if (old < 0 || static_cast<std::size_t>(old) >= column.size() / channels)
-            raise(error_code::mismatch, "reorder", "indices of " + std::to_string(column.size() / channels) + " pixels",
+            raise(error_code::mismatch, "reorder", "indices below " + std::to_string(column.size() / channels),
                   "index " + std::to_string(old));
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)
@@ -1642,7 +1669,7 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
-    const buffer<std::int32_t> order = canonical_order(g, disparity);
+    const buffer<std::int32_t> order = detail::order_of_sound(g, disparity);
     for (std::int32_t i = 0; i < order.count(); ++i)
         if (order[i] != i) return violation{invariant::canonical_order, i};
     return std::nullopt;
@@ -1773,10 +1800,10 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag has a rule with exactly the types of its column: it accepts the column's values, by value or const reference,
-/// and returns values of the column. The constants ..._fits are true for such a rule and for a tag without the rule. Without this
-/// check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would silently truncate
-/// values.
+/// Whether a tag has a rule with exactly the types of its column: the rule accepts the column's values, by value or const
+/// reference, and returns values of the column. The ..._fits constants below are true for such a rule, and for a tag without the
+/// rule. Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type
+/// would silently truncate values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -1873,7 +1900,8 @@ struct color_column {
 
 /// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
 /// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
-/// color_column.
+/// color_column. Unlike there, a hidden pixel keeps the color of the pixel whose surface it continues, because nothing inpaints
+/// 16 bits.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
@@ -2128,7 +2156,8 @@ public:
     }
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
-    /// pixels again, even if `edit` throws. Views of the image's topology show the changes.
+    /// pixels again, even if `edit` throws. Views of the image's topology show the changes. Raises mismatch if `edit` assigned
+    /// pixels to the image; they are lost.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -2142,6 +2171,9 @@ public:
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
         link_editor editor(r.links);
         edit(editor);
+        if (size() > 0)
+            raise(error_code::mismatch, "edit_links", "no change of the image itself",
+                  "an assignment of " + std::to_string(size()) + " pixels");
     }
 
     /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
@@ -2151,7 +2183,7 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K values, one per pixel; raises mismatch for another number
+    /// kept  K values, one per pixel; raises mismatch for any other number
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
@@ -2173,16 +2205,21 @@ public:
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
     /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
     /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
-    /// pixel. After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty.
+    /// pixel, or if the lattice shrinks. After this error, if `make` or a column's rule throws, or if memory runs out, the image
+    /// remains empty.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
         const std::size_t old_count = old.size();
+        const std::int32_t width = old.graph_.width(), height = old.graph_.height();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
                   std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
                       std::to_string(grown.topology.size()) + " in the graph, and pieces that don't match");
+        if (grown.topology.width() < width || grown.topology.height() < height)
+            raise(error_code::mismatch, "grow", "a lattice of at least " + std::to_string(width) + " x " + std::to_string(height),
+                  std::to_string(grown.topology.width()) + " x " + std::to_string(grown.topology.height()));
         layered_image result;
         const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
@@ -2358,13 +2395,12 @@ public:
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
 
-    /// Per coarse pixel: index of the fine pixel that it keeps; ascending. A call on a temporary map returns the values instead
-    /// of a view, and leaves the map empty.
+    /// Per coarse pixel: index of the fine pixel that it keeps; ascending.
     array_view<const std::int32_t> kept() const& { return kept_; }
-    buffer<std::int32_t> kept() && { return std::move(level_map(std::move(*this)).kept_); }
-    /// Per fine pixel: its coarse pixel, or no_pixel. A call on a temporary map returns the values, as for kept().
+    array_view<const std::int32_t> kept() const&& = delete;  // the values would be destroyed with the map
+    /// Per fine pixel: its coarse pixel, or no_pixel.
     array_view<const std::int32_t> parent() const& { return parent_; }
-    buffer<std::int32_t> parent() && { return std::move(level_map(std::move(*this)).parent_); }
+    array_view<const std::int32_t> parent() const&& = delete;
 
 private:
     friend coarsened detail::coarsen_sound(const graph_view& g, orphan_rule orphans);
@@ -2580,7 +2616,7 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
-    if (const std::optional<violation> found = validate(g)) detail::refuse_graph(*found);
+    if (const std::optional<violation> found = validate(g)) found->refuse("coarsen");
     return detail::coarsen_sound(g, orphans);
 }
 
@@ -2735,9 +2771,10 @@ struct components {
     std::size_t count() const { return size.size(); }
 };
 
-/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
-/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
-inline components connected_components(const graph_view& g) {
+namespace detail {
+
+/// connected_components() for a graph whose invariants hold.
+inline components components_of_sound(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
@@ -2773,6 +2810,17 @@ inline components connected_components(const graph_view& g) {
         result.size[label] += runs[run].size();
     }
     return result;
+}
+
+}  // namespace detail
+
+/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
+/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
+inline components connected_components(const graph& g) { return detail::components_of_sound(g); }
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline components connected_components(const graph_view& g) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("connected_components");
+    return detail::components_of_sound(g);
 }
 
 }}  // namespace ldi
@@ -3011,7 +3059,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 namespace detail {
 
 [[noreturn]] inline void refuse_size(std::size_t height, std::size_t width, std::size_t channels) {
-    raise(error_code::too_large, "image", "a size that memory can have",
+    raise(error_code::too_large, "image", "a size that fits in memory",
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
@@ -3062,8 +3110,8 @@ public:
 
     image_view() = default;
     /// data        first value of the first row; null only if the view is empty
-    /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
-    ///             impossible sizes, mismatch for a stride below W x C
+    /// row_stride  values, not bytes, from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large
+    ///             for impossible sizes, mismatch for a stride below W x C
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
                                                                      std::size_t channels = 1, std::size_t row_stride = 0)
@@ -3132,8 +3180,11 @@ public:
     image() = default;
     /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// Deleted, because a fill value such as 0.5 must not convert to a number of channels.
-    image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
+    /// Deleted, because a fill value such as 0.5 or std::uint8_t{200} must not convert to a number of channels.
+    template <class Value>
+    requires(std::floating_point<Value> || (std::integral<Value> && sizeof(Value) == 1))
+        image(std::size_t height, std::size_t width, Value channels)
+    = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(checked_size(height, width, channels, sizeof(Scalar)), unset),
@@ -3365,6 +3416,15 @@ public:
 
     /// Makes a region without pixels, on a lattice of 0 x 0.
     pixel_region() = default;
+    pixel_region(const pixel_region&) = default;
+    pixel_region& operator=(const pixel_region& other) { return *this = pixel_region(other); }
+    /// The moved-from region is empty, on a lattice of 0 x 0.
+    pixel_region(pixel_region&& other) noexcept
+        : width_(std::exchange(other.width_, 0)), runs_(std::move(other.runs_)), row_ends_(std::move(other.row_ends_)) {}
+    pixel_region& operator=(pixel_region&& other) noexcept {
+        width_ = std::exchange(other.width_, 0), runs_ = std::move(other.runs_), row_ends_ = std::move(other.row_ends_);
+        return *this;
+    }
 
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return row_ends_.count(); }
@@ -3809,11 +3869,16 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
     return true;
 }
 
+[[noreturn]] inline void refuse_kernel_size(std::int32_t kernel_size) {
+    raise(error_code::invalid_option, "gather_window", "an odd kernel size from 1 to " + std::to_string(max_kernel_size),
+          std::to_string(kernel_size));
+}
+
 }  // namespace detail
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// kernel_size  odd, 1 to max_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
 ///              there
@@ -3823,7 +3888,7 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 /// explored. If equally long paths lead to different layers, the first step therefore decides: up precedes down, then left, then
 /// right. The relation is not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
-    LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
@@ -3953,7 +4018,8 @@ struct cpuid_leaf {
 #endif
 
 // ---- ldi/kernels/detail/dot_product_extension.hpp
-// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018 and all Apple M chips.
+// Detects the dot product extension of 64-bit Arm processors. Armv8.2 introduced it as an option; phones since 2018 and all Apple
+// M chips have it.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4216,14 +4282,15 @@ struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
     bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
-    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
+    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. WebAssembly has no fma and
+    /// also rounds the products. Scalar and NEON do not use the constants.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
-    bool has_float_form;  ///< faster than the integer form
+    bool has_float_form;  ///< whether the kernel has the float form, which is faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
@@ -4445,7 +4512,7 @@ struct relu_requantizer {
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4695,8 +4762,8 @@ inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
 /// Applies an unfused_requantization to vectors.
 ///
-/// positive  whether to add the offset unchanged to all values, instead of with each value's sign. Requires a zero point of 0:
-///           negative values then clamp to 0 in either case
+/// positive  whether to add the same offset to all values, instead of an offset with the sign of each value. Requires a zero
+///           point of 0, for which negative values clamp to 0 in either case
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -4747,7 +4814,7 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4831,7 +4898,7 @@ private:
 struct integer_adder {
     static constexpr std::size_t width = 16;
     v128_t bias, a_multiplier, b_multiplier, zero_point;
-    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
@@ -4944,7 +5011,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -5047,7 +5114,7 @@ struct rectifier {
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5140,7 +5207,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -5732,9 +5799,15 @@ LDI_END_TARGET
 // the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
 // (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, they
-// increase the median time of 9 runs of conv_f32 (conv_u8) by 31 % (15 %) for 3 x 3 convolutions from 16 to 16 channels, by 33 %
-// (18 %) for 3 x 3 from 24 to 3, and by 41 % (6 %) for 1 x 1 from 5 to 8. From 32 to 32 channels, times are within 5 %.
+// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
+// on Zen 5, median of 9 runs:
+//
+//                               conv_f32   conv_u8
+//     3 x 3, 16 to 16 channels      31 %      15 %
+//     3 x 3, 24 to 3 channels       33 %      18 %
+//     1 x 1, 5 to 8 channels        41 %       6 %
+//
+// From 32 to 32 channels, the times differ by at most 5 %.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5850,7 +5923,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6279,7 +6352,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     return packed;
 }
 
-/// Computes result = activation(sum of weight * input * ratio + bias).
+/// Computes result = activation((sum of weight * input) * ratio + bias).
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
@@ -6621,7 +6694,7 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -7114,7 +7187,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). If results are bytes, also adds
+/// Computes result = activation((sum of weight * (input - zero point)) * (scale * ratio) + bias). If results are bytes, also adds
 /// their zero point, rounds half to even, and clamps.
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
@@ -7242,7 +7315,7 @@ struct depthwise_source {
 
 }  // namespace detail
 
-/// One instruction set's kernel: a row of `depthwise_u8_kernels`. The width is at least 1.
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`. In run(), `width` is at least 1.
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
@@ -7467,7 +7540,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
 // One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between
 // its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, the weights of a
-// unit are split into several terms, whose products are added.
+// unit (a range of channels, stretches.hpp) are split into several terms, whose products are added.
 //
 // Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 
@@ -7511,7 +7584,7 @@ template <std::size_t channels>
     store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
 }
 
-// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
+// Output stage of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
 // detail/lanes_*.hpp.
 
 /// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
@@ -7848,7 +7921,7 @@ template <std::size_t channels>
     }
 }
 
-// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
+// Output stage of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
 // detail/lanes_*.hpp.
 
 /// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
@@ -8552,7 +8625,8 @@ struct depthwise_rows {
     std::uint8_t padding;
 };
 
-/// Fills `count` slots with enlarged columns, starting at `first` - 1. At most one column on each side is outside the image.
+/// Fills `count` slots with columns of the enlarged rows, starting at column `first` - 1. At most one column on each side is
+/// outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {
@@ -8776,7 +8850,8 @@ struct gemm_u8_weights {
     /// unfused_requantization, or a scale of 0 if none is exact; the kernel then uses `output`. Scalar and NEON do not use it.
     float_requantization fast;
 
-    /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
+    /// Whether the lanes of AVX2, AVX-512 and WebAssembly contain inputs instead of outputs: for a single output with enough
+    /// inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
@@ -8889,8 +8964,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
-/// are the sum of one or more terms.
+/// A term of a group. A group has the weights of four inputs for all outputs of a panel, and is the sum of one or more terms. The
+/// weights of a term are so small that they cannot saturate a 16-bit sum.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
@@ -10191,8 +10266,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 /// Packs weights for gemm_u8().
 ///
 /// target             requested instruction set. If its kernel is not exact for this layer, the function packs for a slower set;
-///                    the result's `target` names the set that was used. VNNI and NEON are not exact for weights beyond 8 signed
-///                    bits, x86 for a requantization without a float form
+///                    the result's `target` names the set that was used. VNNI and NEON kernels are not exact if the weights do
+///                    not fit in signed bytes, even negated. x86 kernels are not exact if the requantization has no float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -10307,8 +10382,8 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be another
-    /// object.
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
+    /// different object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -10482,7 +10557,6 @@ private:
         return seen;
     }
 
-private:
     std::int32_t radius_;
     graph_view g_;
     pixel_bits regular_;
@@ -10538,6 +10612,14 @@ public:
 
     /// Makes a plan without inputs and outputs.
     convolution_plan() = default;
+    convolution_plan(const convolution_plan&) = default;
+    convolution_plan& operator=(const convolution_plan& other) { return *this = convolution_plan(other); }
+    /// The moved-from plan is empty.
+    convolution_plan(convolution_plan&& other) noexcept : parts_(std::exchange(other.parts_, {})) {}
+    convolution_plan& operator=(convolution_plan&& other) noexcept {
+        parts_ = std::exchange(other.parts_, {});
+        return *this;
+    }
 
     std::int32_t kernel_size() const { return parts_.kernel_size; }
     std::int32_t stride() const { return parts_.stride; }
@@ -10545,6 +10627,12 @@ public:
     std::size_t input_count() const { return parts_.input_count; }
     /// Number of pixels of the graph or, with stride 2, of the coarse graph.
     std::size_t output_count() const { return parts_.output_count; }
+    /// Whether a convolution computes all outputs. Time is linear in the number of segments.
+    bool is_full() const {
+        std::size_t computed = parts_.irregular.size();
+        for (const segment& s : parts_.segments) computed += static_cast<std::size_t>(s.count);
+        return computed == output_count();
+    }
     /// kernel_size() as std::size_t.
     std::size_t k() const { return parts_.k(); }
     /// Number of pixels per window.
@@ -10587,6 +10675,12 @@ namespace detail {
 
 inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
 inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
+
+/// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
+inline const graph_view& checked(const graph_view& g) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("plan_convolution");
+    return g;
+}
 
 inline void check_kernel_size(std::int32_t kernel_size) {
     if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
@@ -10657,10 +10751,15 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+/// Raises invalid_option for any other kernel size.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
@@ -10668,11 +10767,16 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// kernel_size  odd, 1 to max_kernel_size
 /// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels,
-/// another lattice size, or other kept pixels in a run that becomes a segment.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
+/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
 }
 
 namespace detail {
@@ -10783,7 +10887,8 @@ template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i
+    /// row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i. Operators do not check the indices
+    std::span<const std::int32_t> rows;
     std::span<const std::uint8_t> mask;  ///< per row: 0 if its values are missing and read as zeros, else 1; empty: all 1
     Value zero = {};                     ///< value that represents zero; for bytes, the zero point
 
@@ -10831,6 +10936,7 @@ struct basic_feature_map {
     std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
     /// The map must outlive the view and keep its size. A temporary map also converts, so that it can be a function argument.
+    /// Therefore `feature_view y = layer(plan, x);` compiles, too, but `y` then refers to a destroyed map.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -10845,9 +10951,13 @@ using feature_map = basic_feature_map<float>;
 
 /// Views a coarse map on the finer graph without a copy. Both arguments must outlive the view.
 ///
-/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros
+/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros; raises mismatch for any other index
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+    for (const std::int32_t row : parent)
+        if (row != no_pixel && static_cast<std::size_t>(row) >= coarse.pixels())
+            raise(error_code::mismatch, "upsample", "rows below " + std::to_string(coarse.pixels()),
+                  "row " + std::to_string(row));
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
 template <class Value>
@@ -10861,7 +10971,7 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
     if (coarse.pixels() != by.kept().size())
         raise(error_code::mismatch, "upsample", std::to_string(by.kept().size()) + " pixels", std::to_string(coarse.pixels()));
-    return upsample(coarse, std::span<const std::int32_t>(by.parent()));
+    return {coarse.values, coarse.channels, by.parent(), {}, coarse.zero};
 }
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&) = delete;
@@ -10871,6 +10981,17 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&&) = delete;
 
 namespace detail {
+
+/// Raises mismatch unless the values of a view are whole rows, and its mask, if any, has one entry per row.
+template <class Value>
+void check_rows(const char* where, const basic_feature_view<Value>& view) {
+    const std::size_t rows = view.channels > 0 ? view.values.size() / view.channels : 0;
+    if (view.values.size() != rows * view.channels)
+        raise(error_code::mismatch, where, "rows of " + std::to_string(view.channels) + " values",
+              std::to_string(view.values.size()) + " values");
+    if (!view.mask.empty() && view.mask.size() != rows)
+        raise(error_code::mismatch, where, "a mask of " + std::to_string(rows) + " rows", std::to_string(view.mask.size()));
+}
 
 /// Copies a row in a loop, because rows are short and a call to memmove() costs more than the copy.
 template <class Value>
@@ -11108,8 +11229,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     };
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
-        LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
+        check_rows("convolution", source);
         expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }
@@ -11181,11 +11301,14 @@ struct quantized_source {
 };
 
 /// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
-/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch if the sources
-/// have another number of channels in total, and unsupported if a scale or a bias is not finite in units of result.scale.
+/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
+/// channels of all sources add up to the inputs of the weights. Raises invalid_data if a weight times its scale is NaN. Raises
+/// unsupported if the scale or the bias of an output is not finite in units of result.scale, or if kernel_size * kernel_size *
+/// channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
 ///
-/// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
-///          basic_feature_view::zero of the source
+/// sources  channels and quantization of each source that the convolution will read, in order. The zero point must equal
+///          basic_feature_view::zero of the source; nothing checks this, and a different one changes results where pixels are
+///          missing
 /// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -11203,13 +11326,18 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         raise(error_code::mismatch, "convolution", std::to_string(scaled.size() / (outputs * k * k)) + " channels in all sources",
               std::to_string(input_scales.size() / k));
     const std::size_t inputs = k * input_scales.size();
+    if (inputs > max_conv_u8_inputs)
+        raise(error_code::unsupported, "convolution",
+              "at most " + std::to_string(max_conv_u8_inputs) + " inputs of a convolution of bytes", std::to_string(inputs));
     buffer<std::int8_t> rounded(scaled.size());
     buffer<float> scales(outputs), result_bias(outputs);
     for (std::size_t o = 0; o < outputs; ++o) {
         const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
         float largest = 0.0F;
-        for (std::size_t i = 0; i < inputs; ++i)
+        for (std::size_t i = 0; i < inputs; ++i) {
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
+            if (std::isnan(row[i])) raise(error_code::invalid_data, "convolution", "finite weights and scales", "NaN");
+        }
         const float step = largest / detail::nearest_float(max_conv_u8_weight);
         const bool is_zero = step < (std::numeric_limits<float>::min)();  // if step is subnormal, row[i] / step may exceed 63
         scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
@@ -11289,9 +11417,9 @@ public:
           is_partial_(options.is_partial) {}
 
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
-    /// coarser graph. A pixel's bits depend on its window only, not on the executor.
+    /// coarser graph. A pixel's bits depend on its window only, not on the executor. Outputs that the plan omits become 0.
     ///
-    /// Raises mismatch for a plan of another kernel size, and for maps with a wrong number of pixels or channels.
+    /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
@@ -11300,6 +11428,7 @@ public:
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
         feature_map result(plan.output_count(), weights_.outputs);
+        if (!plan.is_full()) std::fill(result.values.begin(), result.values.end(), 0.0F);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)
             convolve_partially(plan, weights_, sources, result.values, {}, threads);
@@ -11330,7 +11459,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class convolution_planner {
 public:
     /// The graph must outlive the planner.
-    explicit convolution_planner(const graph_view& g) : g_(g), strips_(g) {}
+    explicit convolution_planner(const graph& g) : g_(g), strips_(g) {}
+    explicit convolution_planner(const graph&&) = delete;
+    /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+    explicit convolution_planner(const graph_view& g) : g_(detail::checked(g)), strips_(g) {}
 
     /// Same parameters and errors as plan_convolution().
     convolution_plan plan(std::int32_t kernel_size) { return detail::plan_all(g_, kernel_size, regular(kernel_size)); }
@@ -11473,11 +11605,26 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
     return values;
 }
 
+/// Sets to[i] = function(from[i]).
+template <class From, class To, executor Executor, class Function>
+void convert_values(const basic_feature_map<From>& from, basic_feature_map<To>& to, Executor& threads, Function function) {
+    constexpr std::size_t grain = 4096;
+    parallel_for(threads, to.values.size(), grain, [&](std::size_t first, std::size_t last) {
+        std::transform(from.values.begin() + first, from.values.begin() + last, to.values.begin() + first, function);
+    });
+}
+
+inline void check_scale(const char* where, float scale) {
+    if (!(scale > 0.0F && scale < 0x1p120F))
+        raise(error_code::invalid_option, where, "a scale above 0 and below 2^120", to_text(scale));
+}
+
 // quantized() compares and selects bits instead of floats, so that loops that call it have no branches and GCC vectorizes them.
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
 template <class Value>
 void check_same_shape(const char* where, const basic_feature_view<Value>& a, const basic_feature_view<Value>& b) {
+    check_rows(where, a), check_rows(where, b);
     if (b.pixels() != a.pixels() || b.channels != a.channels)
         raise(error_code::mismatch, where, std::to_string(a.pixels()) + " pixels of " + std::to_string(a.channels) + " channels",
               std::to_string(b.pixels()) + " of " + std::to_string(b.channels));
@@ -11530,7 +11677,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled; missing pixels count as zero
+/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled, with zeros at pixels without a parent
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);
@@ -11550,11 +11697,15 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
 /// Returns a + b for maps of bytes, each in its own quantization.
 ///
 /// b    as in add() for floats
-/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
+/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum. Raises mismatch if the zero
+///      points of the maps disagree with its `exact.bias`
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
     detail::check_same_shape<std::uint8_t>("add", a, b);
+    if (sum.exact.bias != -(sum.exact.a_multiplier * a.zero + sum.exact.b_multiplier * b.zero))
+        raise(error_code::mismatch, "add", "maps with the zero points of the addition",
+              "zero points " + std::to_string(a.zero) + " and " + std::to_string(b.zero));
     constexpr std::size_t grain = 1024;
     const buffer<std::uint8_t> missing(b.channels, b.zero);
     parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
@@ -11576,10 +11727,13 @@ namespace detail {
 
 template <class Value, executor Executor>
 basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> sources, Executor& threads) {
-    LDI_ASSERT(!sources.empty());
+    if (sources.empty()) raise(error_code::mismatch, "concatenate", "at least one map", "none");
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.zero == sources[0].zero);
+        check_rows("concatenate", source);
+        if (source.zero != sources[0].zero)
+            raise(error_code::mismatch, "concatenate", "zero point " + std::to_string(sources[0].zero) + " in all maps",
+                  std::to_string(source.zero));
         if (source.pixels() != sources[0].pixels())
             raise(error_code::mismatch, "concatenate", std::to_string(sources[0].pixels()) + " pixels",
                   std::to_string(source.pixels()));
@@ -11601,7 +11755,8 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 /// Concatenates the channels of the maps. Called with a single upsampled map, returns a full-size copy of it. Convolutions can
 /// read several maps directly, which is faster.
 ///
-/// maps  at least one, all with the same number of pixels, else raises mismatch; maps of bytes must share one quantization
+/// maps  at least one, all with the same number of pixels and the same zero point, else raises mismatch; maps of bytes must share
+///       one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -11620,32 +11775,41 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// Applies relu to a map of bytes: values below the zero point become the zero point. Bytes support no other activation.
+/// Applies relu to a map of bytes: values below the zero point become the zero point. Raises unsupported for any other
+/// activation.
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
-                                         Executor&& threads = {}) {
-    LDI_ASSERT(by.negative_slope == 0.0F);
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    if (by.negative_slope != 0.0F)
+        raise(error_code::unsupported, "activate", "relu for a map of bytes",
+              "a negative slope of " + detail::to_text(by.negative_slope));
     const std::uint8_t zero = x.zero;
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
 /// Converts a map to bytes. Rounds each value to the nearest multiple of `to.scale`, and clamps to the range of bytes. NaN
-/// becomes the zero point.
-inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+/// becomes the zero point. Raises invalid_option unless the scale is above 0 and below 2^120.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to, Executor&& threads = {}) {
+    detail::check_rows<float>("quantize", x);
+    detail::check_scale("quantize", to.scale);
     basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
     const double scale = double{to.scale};
     const std::uint32_t max_size = detail::bits_of(256.0F * to.scale);
     const std::int32_t zero_point = to.zero_point;
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
-                   [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
+    detail::convert_values(x, result, threads, [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
     return result;
 }
 
-/// Converts a map of bytes to floats.
-inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+/// Converts a map of bytes to floats. Raises invalid_option unless the scale is above 0 and below 2^120.
+///
+/// from  the quantization of the map; x.zero is not read
+template <executor Executor = const serial_executor>
+feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from, Executor&& threads = {}) {
+    detail::check_rows<std::uint8_t>("dequantize", x);
+    detail::check_scale("dequantize", from.scale);
     feature_map result(x.pixels(), x.channels);
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
-                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    detail::convert_values(x, result, threads,
+                           [=](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
     return result;
 }
 
@@ -11689,7 +11853,7 @@ feature_map from_column(const Layers& layers, float scale = 1.0F) {
     return map;
 }
 
-/// Copies a column of bytes to a map of bytes.
+/// Copies a column of bytes to a map of bytes with zero point 0.
 ///
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 template <payload_column Column, std::same_as<std::uint8_t> Value, has_column<Column> Layers>
@@ -11702,7 +11866,8 @@ basic_feature_map<Value> from_column(const Layers& layers) {
 }
 
 /// Writes a feature map to a column. If the column stores integers, rounds values to the nearest integer and clamps them to the
-/// range of the integer type; NaN becomes 0.
+/// range of the integer type; NaN becomes 0. Ignores the zero point of a map of bytes; dequantize() (nn/ldi/elementwise.hpp) such
+/// a map first, unless its zero point is 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
 /// scale  factor that multiplies every value before rounding
@@ -11769,9 +11934,9 @@ public:
     }
 
     std::size_t size() const { return pixels_.size(); }
-    /// The pixels, ascending. A call on a temporary subset returns the values instead of a view, and leaves the subset empty.
+    /// The pixels, ascending.
     array_view<const std::int32_t> pixels() const& { return pixels_; }
-    buffer<std::int32_t> pixels() && { return std::exchange(*this, {}).pixels_; }
+    array_view<const std::int32_t> pixels() const&& = delete;  // the values would be destroyed with the subset
     /// Per pixel of the graph: its index in pixels(), or no_pixel.
     array_view<const std::int32_t> row_of() const& { return row_of_; }
     array_view<const std::int32_t> row_of() const&& = delete;
@@ -11805,7 +11970,7 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
 ///         the inputs of a segment, which the plan does not read
 ///
-/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks one of these pixels.
+/// Raises mismatch if the subset belongs to a graph with a different number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
     detail::check_graph_of(inputs, parts.input_count);
@@ -11825,8 +11990,8 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 ///
-/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels or lacks an
-/// output.
+/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with a different number of pixels or lacks an
+/// output of the plan.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
     detail::check_graph_of(outputs, parts.output_count);
@@ -11881,7 +12046,7 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const level_
 /// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
@@ -11897,7 +12062,7 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
 /// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     return detail::pool<Value>(
@@ -12004,7 +12169,7 @@ private:
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
@@ -12014,7 +12179,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();
@@ -12022,7 +12187,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 
 }}  // namespace ldi
 
-// ---- ldi/nn/ldi/weights.hpp
+// ---- ldi/nn/weights.hpp
 // Looks up the weights of a network by name, and checks their types and shapes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -12044,7 +12209,8 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, with the name of the tensor, if it is missing or has another type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape, or another number of values
+/// than its shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -12058,6 +12224,9 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
         raise(error_code::mismatch, tensor_place(from, name), expected,
               std::string(type) + ", " + shape_text(found->second.shape));
     }
+    const std::size_t count = std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+    if (values->size() != count)
+        raise(error_code::mismatch, tensor_place(from, name), std::to_string(count) + " values", std::to_string(values->size()));
     return *values;
 }
 
@@ -12336,7 +12505,7 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
+    tensor_size input, output;  ///< sizes of the stored input, before `repeat` enlarges it, and of the result
     std::size_t input_channels = 0;
     std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
@@ -12374,7 +12543,7 @@ struct chain_stage {
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
-    /// Bytes of input rows copied with padding on both sides, which all dense convolutions except pointwise ones read.
+    /// Bytes of the stage's padded copies of input rows. Dense convolutions other than pointwise ones read these copies.
     std::size_t padded_bytes() const {
         const auto* d = std::get_if<dense_layer>(&layer->kind);
         return d == nullptr || d->is_pointwise() ? 0 : d->kernel * padded_row_bytes();
@@ -12669,7 +12838,7 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
-    bool overwrites_input = false;  ///< the result replaces the input in memory
+    bool overwrites_input = false;  ///< the result of a chain of several layers replaces the chain's input in memory
     std::size_t reach = 0;          ///< number of input rows on each side that a result row depends on; 0 unless overwrites_input
 };
 
@@ -12709,7 +12878,8 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`. The chain ends with an addition, which is the last reader of `tensor`.
+/// Sets `overwrites_input` and `reach` if the chain has several layers and `tensor` is its input. The chain ends with an
+/// addition, which is the last reader of `tensor` and overwrites it.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -12884,7 +13054,7 @@ public:
     ///
     /// input     H x W x input_channels(), in input_quantization()
     /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
-    ///           exception from it ends the run
+    ///           exception from the callback ends the run
     /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
@@ -13025,7 +13195,7 @@ private:
             // copied rows around the start of the strip
             std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }
 
-            /// Copies the rows around each cut, because one strip overwrites them while its neighbor still needs them.
+            /// Copies the rows around each cut between two strips, because one strip overwrites rows that the other still needs.
             void save_cuts() const {
                 const std::size_t row_bytes = step.chain.front().input_row_bytes();
                 for (std::size_t strip = 1; strip < strips; ++strip)
@@ -13049,7 +13219,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that the copies of two cuts do not overlap
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that no row is copied for two cuts
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -13371,10 +13541,6 @@ public:
         auto result = pack_all<conv_u8_weights>([&](const layer& l, const values& weights, const values& bias) {
             buffer<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
-            const std::size_t k = static_cast<std::size_t>(l.kernel);
-            if (l.inputs() * k * k > max_conv_u8_inputs)
-                raise(error_code::unsupported, where(), "int8 convolutions of up to 131072 inputs",
-                      l.name + " with " + std::to_string(l.inputs() * k * k));
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
         });
@@ -13496,16 +13662,15 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     buffer<convolution_plan> encode(depth);
     graph coarse;
     for (std::size_t i = 0; i <= depth; ++i) {
-        const graph_view g = i == 0 ? finest : graph_view(coarse);
         farbrausch_level& level = levels[i];
-        level.pixel_count = g.size();
-        convolution_planner planner(g);
+        level.pixel_count = i == 0 ? finest.size() : coarse.size();
+        convolution_planner planner = i == 0 ? convolution_planner(finest) : convolution_planner(coarse);
         level.average = planner.plan(3);
         if (i == depth) break;
         coarsened next = i == 0 ? coarsen(finest) : coarsen(coarse);
         level.average_coarse = planner.plan(3, next.map);
         if (kernels[i] != 3) encode[i] = planner.plan(kernels[i], next.map);
-        level.above = std::move(next.map).parent();
+        level.above = next.map.parent().copy();
         coarse = std::move(next.topology);
     }
 
@@ -13543,7 +13708,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read).pixels(), levels[0].decoded = std::move(decoded[0]).pixels();
+    levels[0].read = read.pixels().copy(), levels[0].decoded = decoded[0].pixels().copy();
     return levels;
 }
 
@@ -13558,7 +13723,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< per row: 0 if the input color, or the layer's whole window, is unknown, else 1; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row: 0 for an unknown color or a window without known values, else 1; empty: all 1
 
     /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
@@ -13567,13 +13732,13 @@ struct masked_map {
         return result;
     }
 
-    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
-    /// size.
+    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp, without a check of `rows`. The map must
+    /// outlive the view and keep its size.
     ///
     /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = upsample(map, rows);
-        result.mask = mask;
+        basic_feature_view<Value> result = view();
+        result.rows = rows;
         return result;
     }
 };
@@ -13636,9 +13801,9 @@ inline masked_color average_of(masked_color sum) noexcept {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. Averages the known colors among the colors
-/// `value(pixel)` of the window's pixels. Adds up every window column by column, in segments and irregular windows alike, so
-/// results do not depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. `value(pixel)` returns the color of a pixel; the
+/// average covers the known colors of the window. Adds up every window column by column, in segments and irregular windows
+/// alike, so results do not depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size() == 3);
@@ -13847,9 +14012,9 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Finally, colors the pixels that have no color on this or a coarser level. Such pixels exist where few links connect a
-    /// surface to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels,
-    /// one link per pass: each pixel becomes the average of its colored neighbors.
+    /// Then colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where few links
+    /// connect a surface to the rest, because these links may be missing on coarser levels. Colors spread along links from
+    /// colored pixels, one link per pass: each pixel becomes the average of its colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
@@ -13869,8 +14034,8 @@ private:
         return twice;
     }
 
-    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
-    /// otherwise, colors would depend on which pixels it reads.
+    /// Colors each pixel that has a color neither on this level nor on a coarser one. Includes pixels that the network does not
+    /// read; otherwise, colors would depend on which pixels the network reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -13948,16 +14113,16 @@ class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
-    /// weights  for each stage I `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser level,
-    ///          followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
+    /// weights  for each stage I, `encoder.I.weight` (outputs x inputs x k x k) and `encoder.I.bias`, with batch normalization
+    ///          folded in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser
+    ///          level, followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
     ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
-    ///          before quantization. examples/training/farbrausch/export.py measures them
+    ///          before quantization, which examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
-    /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
-    /// weights that are not finite; unsupported for an architecture out of bounds.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape.
+    /// Raises invalid_data for weights that are not finite, and unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -13971,7 +14136,7 @@ public:
     /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
     ///
     /// color  H x W x 3, red, green, blue, 0 to 255
-    /// known  H x W x 1, 0 where the color is to be inpainted
+    /// known  H x W x 1, 0 where the color is to be inpainted; raises mismatch for other sizes
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
@@ -13979,7 +14144,7 @@ public:
     /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
     /// ascending order of i. A surface without any known pixel gets one constant color (black for missing_colors::masked).
     ///
-    /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
+    /// wanted  K, one per pixel, else raises mismatch; must be nonzero wherever known_column is 0
     ///
     /// The bits of a pixel's result do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
@@ -14017,7 +14182,9 @@ inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architect
 template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
-    LDI_ASSERT(wanted.size() == layers.size());
+    if (wanted.size() != layers.size())
+        raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " marks of wanted pixels",
+              std::to_string(wanted.size()));
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
@@ -14105,8 +14272,9 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
 template <executor Executor>
 image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                         const progress_listener& progress, Executor&& threads) const {
-    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() &&
-               color.width() == known.width());
+    if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
+        raise(error_code::mismatch, stage_name, "H x W x 3 colors and H x W x 1 marks of known colors",
+              detail::shape_text(color) + " and " + detail::shape_text(known));
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
@@ -14136,11 +14304,11 @@ public:
 
     /// Checks and packs the weights.
     ///
-    /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
-    ///          `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
+    /// weights  for each layer, `NAME.weight` (outputs x inputs x 3 x 3) and `NAME.bias`, with batch normalization folded in.
+    ///          Also `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
-    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
@@ -14260,7 +14428,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
     const auto with_coarser = [&](const map& coarser, std::size_t l) {
-        return upsample(coarser, std::span<const std::int32_t>(levels[l].parent));
+        return view{coarser.values, coarser.channels, levels[l].parent, {}, coarser.zero};
     };
 
     map read(0, input_channels, input_zero_);
@@ -14275,7 +14443,8 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     const map back_at_half = run(half_up, levels[1].same, {with_coarser(at_quarter, 1), view(at_half)}, threads);
 
     // The last two layers compute only the wanted pixels and their inputs.
-    const convolution_plan last = restrict_to(levels[0].same, pixel_subset::marked(wanted).pixels());
+    const pixel_subset computed = pixel_subset::marked(wanted);
+    const convolution_plan last = restrict_to(levels[0].same, computed.pixels());
     const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
     const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);
     run(out, last, {view(back_at_fine)}, result, threads);
@@ -14420,8 +14589,8 @@ public:
     /// sizes   input sizes of disparity()
     ///
     /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
-    /// size, both sizes are multiples of 32, at most 4096, and sizes.details is positive. Raises unsupported if the scale of
-    /// the network's output exceeds 0.25.
+    /// height and width. Also raises mismatch unless sizes.details and sizes.layout are multiples of 32 and at most 4096, and
+    /// sizes.details is positive. Raises unsupported if the scale of the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -14750,7 +14919,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // Two pixels on each side always count, because smoothing may have moved the curve across them.
+        // Each surface is taken to extend over at least two pixels, because smoothing may have moved the curve by that much.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -14783,7 +14952,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were degraded like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were degraded to resemble a network's depth maps.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
     /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.
@@ -14968,7 +15137,7 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
 }
 
 // Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
-// third surfaces do not change.
+// other surfaces do not change.
 inline void change_sides(const traced_curve& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -15016,10 +15185,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
-/// the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty.
-/// Memory is 10 bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the
-/// uncertainty per pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, and invalid_option if the uncertainty is not in [0, 256] or the stiffness
+/// is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty. Memory is 10
+/// bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each
+/// pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -15088,8 +15257,8 @@ struct aligned_silhouettes {
 }}  // namespace ldi
 
 // ---- ldi/depth/level_dips.hpp
-// Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
+// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring around
+// an object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
 // (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
@@ -15376,8 +15545,8 @@ private:
 /// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
 /// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
 /// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
-/// middle value, and does not change. Linear time, except for a binary search in a row per pixel of a small component; up to 60
-/// bytes per pixel.
+/// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
+/// components. Up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
@@ -15392,9 +15561,10 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/step_band.hpp
-// Finds the band of pixels beside the sharp steps of a disparity map. In this band, the silhouette network assigns pixels to the
-// front or the back. A step is described by a curve of pixels, each with a front and a back disparity. The band stores the
-// nearest curve pixel for each of its pixels. examples/training/silhouettes/README.md defines the same band for training.
+// Finds the pixels beside the sharp steps of a disparity map, for the silhouette network. The network reads the pixels of a
+// region, and assigns those of a narrower band to the front or the back. A step is described by a curve of pixels, each with a
+// front and a back disparity. step_band stores the nearest curve pixel for each pixel of the region.
+// examples/training/silhouettes/README.md defines the same band and region for training.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15437,9 +15607,9 @@ struct step_band {
 /// disparity  H x W x 1, finite
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. Of several nearest curve pixels, the leftmost one counts, or the upper one
-/// of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and
-/// columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
+/// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
+/// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
+/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -15626,7 +15796,7 @@ struct bilinear_place {
     float share;  ///< weight of `second`
 };
 
-/// Returns the two map samples to interpolate between for each photo pixel along one axis. `samples` and `pixels` are the sizes
+/// For each photo pixel along one axis, returns the two map samples to interpolate between. `samples` and `pixels` are the sizes
 /// of map and photo along this axis. The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
@@ -15719,8 +15889,8 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that lie entirely in the band. A pixel keeps its disparity if it lies no farther than this share of the step
-    /// from the disparity of the pixel's side, toward the other side.
+    /// Applies to pixels that no disparity from outside the band reaches. Such a pixel keeps its own disparity if this deviates
+    /// from the disparity of the pixel's side, toward the other side, by at most this share of the step.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
     /// silhouette, and changes sides whatever its size.
@@ -15792,9 +15962,9 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. A pixel that these do not reach keeps its disparity, and
-    /// passes it on, if it is close to the disparity of the pixel's side. All remaining pixels get the front or back disparity of
-    /// the nearest curve pixel.
+    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its own
+    /// disparity if that is close to the disparity of the pixel's side. In a second pass, such pixels pass their disparities on.
+    /// All remaining pixels get the front or back disparity of the nearest curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -15892,15 +16062,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class Network>
 class network_decider {
 public:
-    /// network    nullptr selects aligned_silhouettes, for programs that let the user choose
+    /// network    nullptr selects aligned_silhouettes, so that a program can let its user choose between the two deciders
     /// alignment  options of aligned_silhouettes
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
     /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
     /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
-    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels
-    /// for any disparity.
+    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels,
+    /// whatever their disparities.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -16039,9 +16209,9 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
-/// range. Linear time; 8 bytes per sample.
+/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, an inverse depth is negative, all inverse
+/// depths except the clipped ones are 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an
+/// option outside its range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -16054,8 +16224,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
-        raise(error_code::invalid_data, "disparity", "values above 0",
-              "no value above 0, except in the clipped_share of the values");
+        raise(error_code::invalid_data, "disparity", "values above 0", "no value above 0 outside the clipped_share");
     const double step = std::abs(highest) * options.relative_step;
     const double span = (std::max)(highest - lowest, step / options.max_step);
 
@@ -16119,12 +16288,13 @@ struct four_pixels {
     std::array<float*, wide> result{};
 };
 
-// Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
+// Returns the first pixel of a row or column that belongs to `sample` or to a later sample. A pixel belongs to the sample that
+// contains the pixel's left or upper edge.
 inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
     return (sample * pixel_count + sample_count - 1) / sample_count;
 }
 
-// Averages, for each sample of the map, the colors of the photo's pixels whose centers lie in the sample.
+// Averages, for each sample of the map, the colors of the photo's pixels that belong to the sample (first_pixel()).
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<std::size_t> first_column(columns + 1);
@@ -16181,7 +16351,7 @@ inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule s
     return result;
 }
 
-// Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
+// Resamples a map that is coarser than the photo. All pixels that belong to one sample use the same window.
 class upsampler {
 public:
     upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
@@ -16196,7 +16366,7 @@ public:
           spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
           color_falloff_(0.5F / (options.color_sigma * options.color_sigma)) {}
 
-    // Sets the pixels nearest to the samples of rows [first, last).
+    // Sets the pixels that belong to the samples of rows [first, last).
     void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
         interpolate(first_row(first), first_row(last), result);
         window around;
@@ -16370,7 +16540,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were blurred like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were blurred to resemble a network's depth maps.
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
@@ -16417,8 +16587,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, because the outermost samples of a
-// network's depth map are unreliable. Extends edges from farther inside to the border.
+// Marks with 1 the samples within `radius` of edges. Ignores edges within 2 * `radius` samples of the border, because a network's
+// depth map is unreliable there. Samples in this margin copy the mark of the nearest sample farther inside.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
@@ -16482,8 +16652,8 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 ///
-/// Raises invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
-/// sample.
+/// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
+/// Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
@@ -16533,8 +16703,8 @@ struct comparator {
     unsigned char low, high;
 };
 
-// A sorting network. merge() is Batcher's odd-even merge of two sorted lists, given by the positions of their elements: it
-// appends comparators and returns the merged order.
+// A sorting network. merge() implements Batcher's odd-even merge: it accepts the positions of the elements of two sorted lists,
+// appends comparators to the network, and returns the positions in merged order.
 template <std::size_t Capacity>
 struct network {
     std::array<comparator, Capacity> comparators{};
@@ -16776,7 +16946,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, including on curves in front of the background; for comparison with `midground`
+    all,        ///< every end inside the photo, even if the curve is in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
@@ -16891,8 +17061,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// Raises invalid_option for a density outside [0, 2].
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
-/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. Even at a curve's
-/// end, the step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
+/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained: even there, the
+/// disparity step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
 /// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
@@ -17020,20 +17190,6 @@ public:
     void link(std::int32_t a, side s, std::int32_t b) {
         set_neighbor(a, s, b);
         set_neighbor(b, opposite(s), a);
-    }
-
-    /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
-    template <class See>
-    void show(See&& see) const {
-        graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
-        for (std::int32_t i = 0; i < all.count(); ++i) {
-            all.set_position(i, x(i), y(i));
-            for (const side s : all_sides) all.set_neighbor(i, s, neighbor(i, s));
-        }
-        buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
-        disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        const graph topology = std::move(all).build(unchecked);
-        see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
     /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
@@ -17189,10 +17345,11 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Whether no surface can grow any further. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
+    /// Whether no surface can grow any further.
     bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
 
-    /// Approximate number of iterations until growth is finished. Surfaces that recede behind the front need more.
+    /// Approximate number of iterations until growth is finished. Growth in four directions needs up to sqrt(2) iterations per
+    /// pixel of distance. Surfaces that recede behind the front need more.
     int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -17450,16 +17607,13 @@ struct expanded_layers {
 /// but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of two pixels at one position differ by
 /// more than surface_rule::max_step.
 ///
-/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
-/// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
-///
 /// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
 /// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
 /// up to 110 bytes per pixel.
-template <payload_column... Columns, class AfterIteration = std::nullptr_t>
+template <payload_column... Columns>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
-                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
+                                   const progress_listener& progress = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
@@ -17491,8 +17645,6 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         while (done < options.iterations && !expansion->is_finished(done) &&
                detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
             expansion->run_iteration(done++);
-            if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
-                expansion->pixels().show(after_iteration);
             progress.report("occluded geometry",
                             (std::min)(1.0F, detail::nearest_float(done) / detail::nearest_float(expected + 1)));
         }
@@ -17597,8 +17749,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 /// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
-/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold that is not 0 or
-/// more; invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold below 0 or NaN;
+/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
@@ -17689,8 +17841,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/border_lines.hpp
-// Measures the slopes of lines at a photo's border, and selects the photo's pixels whose colors its surfaces repeat past the
-// border (occlusion/past_frame.hpp).
+// Measures the slopes of lines at a photo's border, and selects the pixels whose colors are repeated where surfaces continue past
+// the border (occlusion/past_frame.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17729,10 +17881,10 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, from the innermost outward, then the sources of the
-    /// `count` pixels past the border. The source of a pixel is the pixel whose color it gets. The path of the sources mirrors
-    /// the photo: it leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns
-    /// the number of rim pixels, or 0 if the surface ends within the rim.
+    /// Appends the source of each rim pixel in line with the border pixel `start`, from the innermost outward, then the source of
+    /// each of the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path
+    /// leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of
+    /// rim pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -17761,8 +17913,8 @@ private:
     struct sums {
         float inward_along = 0, along_along = 0, inward_inward = 0;
 
-        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize it toward 0,
-        /// because lines nearly parallel to the border and noise make it unreliable.
+        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize m toward 0,
+        /// because m is unreliable for noise and for lines nearly parallel to the border.
         float slope() const {
             const float squares = along_along + 0.1F * inward_inward + nearest_float(20 * depth);
             return std::clamp(-inward_along / squares, -1.5F, 1.5F);
@@ -17940,8 +18092,9 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it. Then each pixel of the first and the last row, old or new, continues upward or downward.
+/// Lays out old and new pixels in canonical order, row by row from the top. Each run that reaches the left or the right border
+/// continues past it. Each pixel of the first row continues upward, and each pixel of the last row downward. This includes the
+/// new pixels of these rows, so the corners are filled.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -18017,7 +18170,7 @@ public:
     struct repainted_pixel {
         std::int32_t pixel, source;
     };
-    /// Returns the pixels of rims, in the order in which the caller has to repaint them.
+    /// Returns the pixels of rims, in the order in which the caller must repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
     /// Returns the pixels that run() added.
     const frame_pixels& pixels() const { return pixels_; }
@@ -18028,8 +18181,8 @@ private:
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. `source` is that old pixel, or the old pixel that the new pixel shows. `border` is the border pixel whose disparity
-    /// the column gets.
+    /// row. If that pixel is old, it is also `source`; if it is new, `source` is the old pixel that it shows. `border` is the
+    /// border pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -18196,14 +18349,14 @@ private:
 // Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
 // the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
 //
-// The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
+// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces there keep
 // their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
 // and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
 // the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
 // continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
-// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
-// process a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
+// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
+// the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18268,7 +18421,7 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, mismatch if `facts` has a margin or if the camera and the lattice differ in
+/// invalid_option for a motion below 0 or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ in
 /// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
 /// are empty. Linear time.
 template <payload_column... Columns>
@@ -18384,8 +18537,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on the unknown
-///                 pixel's side `side`
+/// value           value(pixel, side) returns the channels of the known pixel `pixel`, an unknown pixel's neighbor on side `side`
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
@@ -18525,8 +18677,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: farther than lens and JPEG blur
-    // a silhouette, but less than the width of small objects. Tuned by experiment.
+    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: beyond the blur that lens and
+    // JPEG cause at silhouettes, but less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -18615,7 +18767,7 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel on a silhouette, and unmixed colors of the surfaces in front and behind.
+/// A pixel side that lies on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
     side toward_front;         ///< direction from `back` to `front`
@@ -18684,13 +18836,13 @@ private:
         }
     }
 
-    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band, or on a surface
-    /// narrower than the band, to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps
-    /// from a silhouette, where colors are mixed.
+    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band. On a surface narrower
+    /// than the band, walks to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a
+    /// silhouette, where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette, no neighbor may be farther from it than the pixel. The walk then goes straight on.
+        // At a corner of the silhouette, a pixel may have no neighbor that is farther away. The walk then continues straight.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {
@@ -18763,7 +18915,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast. At half the contrast, the color is not a mixture of the two.
+    // Grain alone causes errors of a tenth of the contrast. If the error is half the contrast, no mixture explains the color.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
@@ -18802,8 +18954,8 @@ public:
     }
 
 private:
-    /// A pixel uses the color samples at its own nearest silhouette side, and at the nearest sides of four other pixels. These
-    /// are this many pixels away along its row and column.
+    /// Distance in pixels to four other pixels, along the row and the column. A pixel uses the color samples at its own nearest
+    /// silhouette side, and at the nearest sides of these four.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -19172,7 +19324,7 @@ void count_steps(texture_cells& cells, IsLinked&& is_linked) {
 /// Selects and numbers the cells.
 ///
 /// g       in canonical order
-/// reach   maximum steps from an unknown pixel to a source
+/// reach   maximum steps from a source to the nearest unknown pixel
 /// margin  width of the margin around sources; reach + margin must be less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
@@ -19209,8 +19361,9 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/texture_looks.hpp
-// Color features of texture cells: their high frequencies, and their blurred surroundings. The blur is a 3 x 3 binomial filter
-// over links, applied four times. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// Color features of texture cells: high frequencies, and blurred surroundings. The blur is a 3 x 3 binomial filter over links.
+// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. Sums
+// remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -19378,7 +19531,7 @@ private:
     // One in `search_interval` cells also samples random sources. Good sources then propagate to its neighbors.
     static constexpr std::uint32_t search_interval = 32;
 
-    /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
+    /// Finds the known cell nearest to each unknown cell along links, or no_pixel. The search samples candidates around it.
     void find_nearest_known() {
         nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         buffer<std::int32_t> wave, further;
@@ -19477,7 +19630,7 @@ struct texture_options {
     /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
     /// gradually. With a large limit, edges are copied, too.
     float crest = 4.0F;
-    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources, 1 to 200.
+    /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps over links, 1 to 200.
     int reach = 32;
     /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
     /// value and twice this value, texture fades to grain.
@@ -19607,8 +19760,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if `from` and
-/// `to` look alike.
+/// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
+/// 1. Returns 0 if `from` and `to` look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
@@ -19660,9 +19813,10 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
-/// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
-/// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. A pixel stays inpainted if
+/// its foreground is distinguishable and makes up more than an eighth of the pixel's own color. This share is measured on the
+/// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
+/// experiment.)
 ///
 /// layers  on the photo's lattice
 /// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
@@ -20084,8 +20238,9 @@ private:
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
-// Pixels that constraints 1 and 3 may keep out of a chart join it last, ordered by depth, nearest first. The surface that the
-// photo shows then stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
+// Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
+// pixels. Contested pixels join a chart after all others, nearest first. The surface that the photo shows then stays in one
+// piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
 // background's hidden part would reach the end of a silhouette before the front surface, and cut a piece out of the front
 // surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
@@ -20425,7 +20580,7 @@ private:
     /// Raises mismatch for the first pixel of a run whose texel already belongs to another pixel.
     [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
         for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
-        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
+        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel per position",
               "a chart with pixel " + std::to_string(pixel) + " and an earlier one at (" + std::to_string(graph_.x()[pixel]) +
                   ", " + std::to_string(graph_.y()[pixel]) + ")");
     }
@@ -20950,8 +21105,8 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
         raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
               "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
-                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") of " + std::to_string(atlas.kind.width()) +
-                  " x " + std::to_string(atlas.kind.height()));
+                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") in an atlas of " +
+                  std::to_string(atlas.kind.width()) + " x " + std::to_string(atlas.kind.height()));
 }
 
 }  // namespace detail
@@ -21627,7 +21782,7 @@ struct simplify_options {
     float texture_tolerance = 0.5F;
 };
 
-/// An edge of the simplified boundary: from the kept corner number `index` of a piece to the next kept corner.
+/// An edge of the simplified boundary: from the kept corner with index `index` of a piece to the next kept corner.
 struct boundary_edge {
     std::int32_t piece, index;
     friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
@@ -21825,7 +21980,8 @@ public:
     /// Whether the chart ends above any pixel of the row within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
-    /// Whether all rows within the clearance belong to the chart, from the row of `pixel` toward side `s` (0 up, 2 down).
+    /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
+    /// down). Each row extends by the clearance to the left and right of the pixel's left side.
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
@@ -22277,8 +22433,8 @@ class crossing_finder {
 public:
     /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
     /// of both. overlap(v, w): v and w lie at one point, and the interiors at both vertices overlap. spike(v): the outline
-    /// doubles back at v, or has an edge of length 0 there. Two edges may coincide in opposite directions, as along a slit. May
-    /// report a fault more than once.
+    /// doubles back at v, or has an edge of length 0 there. Two edges that coincide in opposite directions, as along a slit, are
+    /// not a fault. A fault may be reported more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -22295,8 +22451,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that no two of the
-    /// remaining edges meet.
+    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that there are
+    /// no faults between the other edges.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -22539,7 +22695,8 @@ struct waiting_chain {
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// Nodes of all chains, and the triangles cut off from them. Keep an object to reuse its memory.
+/// Stores the vertices and links of all chains, and adds the triangles that it cuts off to the caller's triangulation. Keep an
+/// object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
@@ -22669,9 +22826,9 @@ struct polygon_conflict {
 /// Triangulates polygons. Keep an object to reuse its memory.
 class triangulator {
 public:
-    /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
-    /// degenerate. Returns the conflict if the polygon crosses itself, or touches itself where it must not; `result` is then
-    /// invalid.
+    /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
+    /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
+    /// conflict; `result` is then invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -23000,7 +23157,7 @@ public:
             // If none of these edges can be split, the cause lies elsewhere in the chart, so split all edges of its outline.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
-                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
+                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel per position",
                       "chart " + std::to_string(c) + ", whose outline crosses itself");
             return;
         }
@@ -23014,7 +23171,7 @@ public:
     }
 
 private:
-    /// Requests a split of both edges for each crossing that is found.
+    /// Requests splits of the edges that take part in a crossing.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;
@@ -23173,10 +23330,10 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/hems.hpp
-// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at a hidden surface
-// of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp), and at the photo's surface if it reaches the
-// free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different depths. Without a
-// hem, a moving camera would see a gap between them.
+// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at another hidden
+// surface of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp). At the free end of a silhouette
+// (core/trace_curves.hpp), it ends at the photo's surface. The outlines of the two surfaces are simplified independently and lie
+// at different depths. Without a hem, a moving camera would see a gap between them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23461,8 +23618,8 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 // ---- ldi/mesh/detail/soft_edges.hpp
 // Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
 // of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
-// continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
-// (inpaint/mixed_colors.hpp computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered
+// continues the surface. Where the photo's foreground colors extend farther, as with hair, the matte
+// (inpaint/mixed_colors.hpp) makes the strip wider. Zitnick et al., High-Quality Video View Interpolation Using a Layered
 // Representation (SIGGRAPH 2004), blend such strips.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -23587,7 +23744,7 @@ private:
         return sum;
     }
 
-    /// Computes the offset from each corner of the edge to the outer end of the strip.
+    /// Computes the offset from each corner of the piece to the outer end of the strip.
     void find_rims() {
         rims_.assign(corners_.size(), plane_vector{});
         const std::int32_t last = edge_count();
@@ -23616,8 +23773,8 @@ private:
         }
     }
 
-    /// Returns the vertices of a corner on the edge and at the outer end of the strip. They are equal where the strip tapers
-    /// off.
+    /// Returns the two vertices of a corner: at the edge of the mesh and at the outer end of the strip. They are equal where the
+    /// strip tapers off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];
@@ -23719,7 +23876,7 @@ inline void check_facts(const photo_facts& facts) {
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    /// hems  one per entry of flat_mesh::open_corners
+    /// hems  result of hem_finder::find(): one per entry of flat_mesh::open_corners
     mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
@@ -23830,7 +23987,7 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies it afterward, so that charts meet exactly, even if the compiler changes float
+    /// Lifts each corner once and copies its position afterward, so that charts meet exactly, even if the compiler changes float
     /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
@@ -23996,7 +24153,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                       "), for pixel " + std::to_string(mesh.pixels[v]) + " at (" + std::to_string(g.x()[mesh.pixels[v]]) + ", " +
                       std::to_string(g.y()[mesh.pixels[v]]) + ")");
         std::array<scalar, 4 * Column::channels> values{};
-        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
+        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // count is at most 4; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
         const auto at_vertex = vertex_values<Column>({{values.data(), around.count * Column::channels}});
         std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
@@ -25512,7 +25669,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// Parses a whole number without sign, decimal point or exponent. Returns an empty result for any other value.
+/// Parses a whole number below 2^64 without sign, decimal point or exponent. Returns an empty result for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;
@@ -25540,7 +25697,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
 /// where  name of the file in messages
 ///
-/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
+/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). Messages
+/// about a tensor name it.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
@@ -25552,7 +25710,7 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end() || found->second != expected)
-        raise(error_code::mismatch, file.where, what + ", " + key + " " + expected + " in its metadata",
+        raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
               found == file.metadata.end() ? "none" : printable(found->second));
 }
 
@@ -25615,8 +25773,7 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or one of another kind or size");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or an invalid value");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -25670,7 +25827,7 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that are text",
+            raise(error_code::invalid_data, where, "metadata with string values",
                   std::string(kind_text(value.kind)) + " for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
@@ -25741,8 +25898,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
 ///       float32
 ///
-/// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
-/// network.
+/// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
+/// describe a different kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
@@ -25754,7 +25911,7 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
     const auto name = file.metadata.find("name");
     if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
     if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
-    raise(error_code::mismatch, file.where, "an inpainting network, name farbrausch or partial_convolution in its metadata",
+    raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
           name == file.metadata.end() ? "none" : printable(name->second));
 }
 
@@ -25769,7 +25926,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Members with only one accepted value, because other values would require other arithmetic.
+    // Members with only one accepted value, because any other value would require different arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -25788,13 +25945,13 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const auto number = [&](const json_value& value, const char* key) {
         const std::optional<std::uint64_t> size = whole_number(value);
         if (!size || *size > std::uint64_t{1} << 20)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(value.text));
+            raise(error_code::unsupported, here, "a whole number for " + std::string(key), printable(value.text));
         return static_cast<std::int32_t>(*size);
     };
     const auto each_of = [&](const char* key, auto&& visit) {
         const json_value list = json_member(text, key);
         if (list.kind != json_kind::array)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(list.text));
+            raise(error_code::unsupported, here, "a list of whole numbers for " + std::string(key), printable(list.text));
         for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
     };
     result.channels.clear(), result.kernels.clear();
@@ -25886,7 +26043,7 @@ struct picture_header {
     std::size_t memory_per_pixel = 0;               ///< upper bound on the decoder's memory in bytes per pixel
     double more_memory = 0;                         ///< additional memory of the decoder in bytes for the whole picture
     std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
-    std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
+    std::size_t scanned_channels = 0;               ///< JPEG only: number of channels in each scan, summed over all scans
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
@@ -26095,7 +26252,7 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// Returns the text after a key and its colon in the header of an NPY file, which is a Python dictionary; empty if the key is
+/// Returns the text after a key and its colon in an NPY header, which is a Python dictionary. Returns an empty text if the key is
 /// missing.
 ///
 /// key  including its quotes
@@ -26153,7 +26310,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
     header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");
     header.columns_first = order.substr(0, 4) == "True";
-    if (!header.columns_first && order.substr(0, 5) != "False") broken("no order in its header");
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no fortran_order in its header");
     std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
     if (!shape) broken("no shape in its header");
     drop_unit_axes(*shape);
@@ -26453,8 +26610,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Whether each Huffman table of a segment is complete and has at most 256 codes. Other tables make stb_image 2.27 write beyond
-/// its buffers.
+/// Whether a segment contains all bytes of its Huffman tables, and each table has at most 256 codes. Other tables make stb_image
+/// 2.27 write beyond its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -26540,7 +26697,7 @@ private:
 
     void read_frame(unsigned marker, std::span<const std::byte> body) {
         if (marker > 0xC2) unsupported(marker == 0xC3 ? "a lossless JPEG" : "an arithmetic-coded or hierarchical JPEG");
-        if (components_ != 0) broken("two pictures in one");
+        if (components_ != 0) broken("a second frame header");
         if (body.size() < 6) broken("a short frame header");
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
@@ -26653,7 +26810,7 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
 
 }  // namespace detail
 
-/// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
+/// Reads the header of a JPEG or PNG file. Raises unsupported (any other format, or an unsupported variant), invalid_data (empty,
 /// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
@@ -26673,7 +26830,7 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for another number of channels and
+/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for any other number of channels and
 /// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
@@ -27009,7 +27166,7 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", printable(a.name));
+            refuse(a, "a name with an underscore, then 1 to 63 capital letters, digits or underscores", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
@@ -27151,8 +27308,9 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
-/// the metadata describe another kind of network, or if their band constants differ from those in depth/step_band.hpp.
+/// Decodes a silhouette network. Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
+/// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
+/// band (depth/step_band.hpp) differ.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27163,7 +27321,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
         raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
     const std::string here = where + ", architecture";
     const detail::json_value text = detail::read_json_object(found->second, 4, here);
-    // Other values would require another band or other arithmetic.
+    // Any other value would require a different band or different arithmetic.
     const std::string_view fixed[][2] = {{"version", "1"},        {"layout", "\"out,in,height,width\""},
                                          {"prior", "6.0"},        {"kernel", "3"},
                                          {"max_step", "0.02"},    {"min_step", "0.06"},
@@ -27179,8 +27337,8 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
 
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
-// network is small, was trained on the results of other networks, and computes with the same arithmetic as the published
-// network. io/weight_files.hpp loads it from disk.
+// network is small, was trained on the results of other networks, and uses the same arithmetic as the published Tiefenrausch.
+// io/weight_files.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27193,7 +27351,7 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
     const std::string& digits = found->second;
     if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
         raise(error_code::invalid_data, place_in(file.where, std::string("metadata \"") + key + "\""),
-              "a number of pixels of one to four digits", printable(digits));
+              "a number of pixels with one to four digits", printable(digits));
     std::size_t size = 0;
     for (const char digit : digits) size = 10 * size + static_cast<std::size_t>(digit - '0');
     return size;
@@ -27204,8 +27362,8 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 /// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
 /// and "layout_long_side" are optional values of depth_network_sizes.
 ///
-/// Raises the errors of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch if the metadata describe
-/// another network.
+/// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
+/// metadata describe a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27237,8 +27395,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
-    /// before the pass at the photo's resolution.
+    /// Number of weighted median passes at the estimator's own resolution, in addition to the pass at the photo's resolution. At
+    /// the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
@@ -27305,8 +27463,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
 
 namespace detail {
 
-/// Returns the maximum distance, after alignment, of silhouettes from the edges that they follow in the photo, in pixels; 0 for a
-/// depth map at the photo's resolution.
+/// Returns how far silhouettes may be from the photo's edges after alignment, in pixels; 0 for a depth map at the photo's
+/// resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -27447,7 +27605,7 @@ struct cleaned_photo {
 /// photo      H x W x 3, at least one pixel
 /// estimator  if this is a temporary given_disparity, its map is moved, not copied
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
@@ -27610,7 +27768,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// The differences from the defaults:
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
-///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
+///   photo_facts::motion is then the largest motion without gaps, which for most photos is smaller than the default.
 /// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
 /// - The median filter runs once, at the photo's resolution.
 /// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
@@ -27620,7 +27778,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
 /// behind silhouettes join where their depth is similar (occlusion/expand.hpp), and a step of s in disparity grows the surface
-/// behind it by at most s times the photo's long side, which is less than 50 pixels only in small photos.
+/// behind it by at most s times the photo's long side. This limit is below 50 pixels only in small photos.
 inline photo3d_options paper_options() {
     photo3d_options options;
     options.max_sample_size = 1.0F;
