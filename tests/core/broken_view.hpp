@@ -13,7 +13,7 @@ template <class Check>
 void for_broken_views(Check&& check) {
     const graph g = make_grid(8, 8);
     const auto broken = [&](int column, std::int32_t value) {
-        buffer<std::int32_t> columns[] = {g.x().copy(),  g.y().copy(),    g.up().copy(),
+        buffer<std::int32_t> columns[] = {g.x().copy(),    g.y().copy(),    g.up().copy(),
                                           g.down().copy(), g.left().copy(), g.right().copy()};
         columns[column][20] = value;
         check(graph_view(8, 8, columns[0], columns[1], columns[2], columns[3], columns[4], columns[5]));
