@@ -246,7 +246,10 @@ void add_subsets() {
         measure(state, pixels_text(wanted.size()), {.pixels = static_cast<double>(wanted.size())},
                 [&] { return ldi::restrict_and_renumber(whole, wanted.pixels()); });
     });
-    const auto restricted = [=] { return ldi::restrict_to(plan(), ldi::pixel_subset::marked(unknown()).pixels()); };
+    const auto restricted = [=] {
+        const ldi::pixel_subset outputs = ldi::pixel_subset::marked(unknown());
+        return ldi::restrict_to(plan(), outputs.pixels());
+    };
     add("nn/mark_needed_inputs", [=](benchmark::State& state) {
         const ldi::convolution_plan some = restricted();
         ldi::buffer<std::uint8_t> marks(some.input_count(), 0);

@@ -9,7 +9,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/io/weight_files.hpp>
 #include <ldi/kernels/conv_f32.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <algorithm>
 #include <array>

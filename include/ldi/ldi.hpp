@@ -60,7 +60,7 @@
 #include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
 #include <ldi/nn/ldi/region_plan.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <ldi/nn/dense/network_description.hpp>
 #include <ldi/nn/dense/quantized_network.hpp>

@@ -425,6 +425,9 @@ concept element_iterator = requires(T i) {
 /// (base/memory.hpp). Differences from std::vector: operator[] accepts any integer type without a cast, `unset` leaves values of
 /// trivial types uninitialized, and a moved-from buffer is empty.
 ///
+/// Like any container, a temporary buffer converts to std::span<const T>, so that it can be an argument. Therefore
+/// `std::span<const float> s = make();` compiles, too, but `s` then refers to destroyed values. An array_view refuses it.
+///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
 /// value's copy constructor throws while the buffer grows or is assigned to. A buffer that grows copies values whose move
@@ -935,7 +938,7 @@ private:
 
 // ---- ldi/base/named_tensors.hpp
 // The contents of a weight file: named tensors and metadata. formats/safetensors.hpp makes `named_tensors` from a file. Networks
-// look up their weights in `named_tensors` (nn/ldi/weights.hpp).
+// look up their weights in `named_tensors` (nn/weights.hpp).
 
 #include <functional>
 #include <map>
@@ -1115,8 +1118,9 @@ inline float natural_logarithm(float x) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The camera of the photo. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF:
-/// x to the right, y up, the camera at the origin looking along -z.
+/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
+/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
+/// origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
     float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
@@ -1140,12 +1144,16 @@ struct pinhole_camera {
 
 /// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
 /// diagonal of a frame of 36 mm x 24 mm.
+///
+/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
 /// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
+///
+/// degrees  above 0, below 180
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
@@ -1153,7 +1161,8 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 
 /// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
 /// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
-/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range).
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
+/// distances: those outside the ranges below lead to depths that are infinite or NaN.
 struct depth_range {
     float z_near = 1.0F;  ///< depth at disparity 1, above 0
     float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
@@ -1397,6 +1406,13 @@ constexpr std::string_view to_string(invariant i) {
 struct violation {
     invariant broken;
     std::int32_t pixel;
+
+    /// Reports the violation as an error_code::mismatch.
+    ///
+    /// where  name of the function that requires the invariant
+    [[noreturn]] void refuse(std::string_view where) const {
+        raise(error_code::mismatch, where, to_string(broken), "a violation at pixel " + std::to_string(pixel));
+    }
 };
 
 /// Checks all invariants of a topology. Returns the first violation, if any. Linear time.
@@ -1438,11 +1454,6 @@ struct unchecked_t {
     explicit unchecked_t() = default;  // build({}) must not compile
 };
 inline constexpr unchecked_t unchecked{};
-
-[[noreturn]] inline void refuse_graph(const violation& found) {
-    raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
-          "a violation at pixel " + std::to_string(found.pixel));
-}
 }  // namespace detail
 
 /// A graph under construction. Its columns can be read like those of a finished graph.
@@ -1519,7 +1530,7 @@ public:
     /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
     /// then remains unchanged. Linear time.
     [[nodiscard]] graph build() && {
-        if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
+        if (const std::optional<violation> found = validate(view())) found->refuse("graph_builder");
         return graph(std::move(*this));
     }
     /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.
@@ -1565,14 +1576,13 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the order that makes a graph canonical: `order[new index] = old index`.
-///
-/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties
-///
-/// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
-inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
-    LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
+namespace detail {
+
+/// canonical_order() for a graph whose invariants hold.
+inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const float> disparity) {
+    if (!disparity.empty() && disparity.size() != g.size())
+        raise(error_code::mismatch, "canonical_order", std::to_string(g.size()) + " disparities",
+              std::to_string(disparity.size()));
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -1598,6 +1608,23 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
             for (std::int32_t i = *start; i != no_pixel; i = g.right()[i]) order.push_back(i);
     }
     return order;
+}
+
+}  // namespace detail
+
+/// Returns the order that makes a graph canonical: `order[new index] = old index`.
+///
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
+///            old order breaks ties; raises mismatch for any other number
+///
+/// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
+inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+    return detail::order_of_sound(g, disparity);
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("canonical_order");
+    return detail::order_of_sound(g, disparity);
 }
 
 /// Returns the column in a new order: pixel i gets the `channels` scalars of pixel `order[i]`. Raises mismatch if an
@@ -1644,7 +1671,7 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
-    const buffer<std::int32_t> order = canonical_order(g, disparity);
+    const buffer<std::int32_t> order = detail::order_of_sound(g, disparity);
     for (std::int32_t i = 0; i < order.count(); ++i)
         if (order[i] != i) return violation{invariant::canonical_order, i};
     return std::nullopt;
@@ -1875,7 +1902,8 @@ struct color_column {
 
 /// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
 /// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
-/// color_column.
+/// color_column. Unlike there, a hidden pixel keeps the color of the pixel whose surface it continues, because nothing inpaints
+/// 16 bits.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
@@ -2130,7 +2158,8 @@ public:
     }
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
-    /// pixels again, even if `edit` throws. Views of the image's topology show the changes.
+    /// pixels again, even if `edit` throws. Views of the image's topology show the changes. Raises mismatch if `edit` assigned
+    /// pixels to the image; they are lost.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -2144,6 +2173,9 @@ public:
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
         link_editor editor(r.links);
         edit(editor);
+        if (size() > 0)
+            raise(error_code::mismatch, "edit_links", "no change of the image itself",
+                  "an assignment of " + std::to_string(size()) + " pixels");
     }
 
     /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
@@ -2175,16 +2207,21 @@ public:
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
     /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
     /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
-    /// pixel. After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty.
+    /// pixel, or if the lattice shrinks. After this error, if `make` or a column's rule throws, or if memory runs out, the image
+    /// remains empty.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
         const std::size_t old_count = old.size();
+        const std::int32_t width = old.graph_.width(), height = old.graph_.height();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
                   std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
                       std::to_string(grown.topology.size()) + " in the graph, and pieces that don't match");
+        if (grown.topology.width() < width || grown.topology.height() < height)
+            raise(error_code::mismatch, "grow", "a lattice of at least " + std::to_string(width) + " x " + std::to_string(height),
+                  std::to_string(grown.topology.width()) + " x " + std::to_string(grown.topology.height()));
         layered_image result;
         const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
@@ -2360,13 +2397,12 @@ public:
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
 
-    /// Per coarse pixel: index of the fine pixel that it keeps; ascending. A call on a temporary map returns the values instead
-    /// of a view, and leaves the map empty.
+    /// Per coarse pixel: index of the fine pixel that it keeps; ascending.
     array_view<const std::int32_t> kept() const& { return kept_; }
-    buffer<std::int32_t> kept() && { return std::move(level_map(std::move(*this)).kept_); }
-    /// Per fine pixel: its coarse pixel, or no_pixel. A call on a temporary map returns the values, as for kept().
+    array_view<const std::int32_t> kept() const&& = delete;  // the values would be destroyed with the map
+    /// Per fine pixel: its coarse pixel, or no_pixel.
     array_view<const std::int32_t> parent() const& { return parent_; }
-    buffer<std::int32_t> parent() && { return std::move(level_map(std::move(*this)).parent_); }
+    array_view<const std::int32_t> parent() const&& = delete;
 
 private:
     friend coarsened detail::coarsen_sound(const graph_view& g, orphan_rule orphans);
@@ -2582,7 +2618,7 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
-    if (const std::optional<violation> found = validate(g)) detail::refuse_graph(*found);
+    if (const std::optional<violation> found = validate(g)) found->refuse("coarsen");
     return detail::coarsen_sound(g, orphans);
 }
 
@@ -2737,9 +2773,10 @@ struct components {
     std::size_t count() const { return size.size(); }
 };
 
-/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
-/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
-inline components connected_components(const graph_view& g) {
+namespace detail {
+
+/// connected_components() for a graph whose invariants hold.
+inline components components_of_sound(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
@@ -2775,6 +2812,17 @@ inline components connected_components(const graph_view& g) {
         result.size[label] += runs[run].size();
     }
     return result;
+}
+
+}  // namespace detail
+
+/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
+/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
+inline components connected_components(const graph& g) { return detail::components_of_sound(g); }
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline components connected_components(const graph_view& g) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("connected_components");
+    return detail::components_of_sound(g);
 }
 
 }}  // namespace ldi
@@ -3064,8 +3112,8 @@ public:
 
     image_view() = default;
     /// data        first value of the first row; null only if the view is empty
-    /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
-    ///             impossible sizes, mismatch for a stride below W x C
+    /// row_stride  values, not bytes, from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large
+    ///             for impossible sizes, mismatch for a stride below W x C
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
                                                                      std::size_t channels = 1, std::size_t row_stride = 0)
@@ -3134,8 +3182,11 @@ public:
     image() = default;
     /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// Deleted, because a fill value such as 0.5 must not convert to a number of channels.
-    image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
+    /// Deleted, because a fill value such as 0.5 or std::uint8_t{200} must not convert to a number of channels.
+    template <class Value>
+    requires(std::floating_point<Value> || (std::integral<Value> && sizeof(Value) == 1))
+        image(std::size_t height, std::size_t width, Value channels)
+    = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(checked_size(height, width, channels, sizeof(Scalar)), unset),
@@ -3368,6 +3419,15 @@ public:
 
     /// Makes a region without pixels, on a lattice of 0 x 0.
     pixel_region() = default;
+    pixel_region(const pixel_region&) = default;
+    pixel_region& operator=(const pixel_region& other) { return *this = pixel_region(other); }
+    /// The moved-from region is empty, on a lattice of 0 x 0.
+    pixel_region(pixel_region&& other) noexcept
+        : width_(std::exchange(other.width_, 0)), runs_(std::move(other.runs_)), row_ends_(std::move(other.row_ends_)) {}
+    pixel_region& operator=(pixel_region&& other) noexcept {
+        width_ = std::exchange(other.width_, 0), runs_ = std::move(other.runs_), row_ends_ = std::move(other.row_ends_);
+        return *this;
+    }
 
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return row_ends_.count(); }
@@ -3812,11 +3872,16 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
     return true;
 }
 
+[[noreturn]] inline void refuse_kernel_size(std::int32_t kernel_size) {
+    raise(error_code::invalid_option, "gather_window", "an odd kernel size from 1 to " + std::to_string(max_kernel_size),
+          std::to_string(kernel_size));
+}
+
 }  // namespace detail
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// kernel_size  odd, 1 to max_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
 ///              there
@@ -3827,7 +3892,7 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 /// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
 /// does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
-    LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
@@ -10489,7 +10554,6 @@ private:
         return seen;
     }
 
-private:
     std::int32_t radius_;
     graph_view g_;
     pixel_bits regular_;
@@ -10545,6 +10609,14 @@ public:
 
     /// Makes a plan without inputs and outputs.
     convolution_plan() = default;
+    convolution_plan(const convolution_plan&) = default;
+    convolution_plan& operator=(const convolution_plan& other) { return *this = convolution_plan(other); }
+    /// The moved-from plan is empty.
+    convolution_plan(convolution_plan&& other) noexcept : parts_(std::exchange(other.parts_, {})) {}
+    convolution_plan& operator=(convolution_plan&& other) noexcept {
+        parts_ = std::exchange(other.parts_, {});
+        return *this;
+    }
 
     std::int32_t kernel_size() const { return parts_.kernel_size; }
     std::int32_t stride() const { return parts_.stride; }
@@ -10552,6 +10624,12 @@ public:
     std::size_t input_count() const { return parts_.input_count; }
     /// Number of pixels of the graph or, with stride 2, of the coarse graph.
     std::size_t output_count() const { return parts_.output_count; }
+    /// Whether a convolution computes all outputs. Time is linear in the number of segments.
+    bool is_full() const {
+        std::size_t computed = parts_.irregular.size();
+        for (const segment& s : parts_.segments) computed += static_cast<std::size_t>(s.count);
+        return computed == output_count();
+    }
     /// kernel_size() as std::size_t.
     std::size_t k() const { return parts_.k(); }
     /// Number of pixels per window.
@@ -10594,6 +10672,12 @@ namespace detail {
 
 inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
 inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
+
+/// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
+inline const graph_view& checked(const graph_view& g) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("plan_convolution");
+    return g;
+}
 
 inline void check_kernel_size(std::int32_t kernel_size) {
     if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
@@ -10665,9 +10749,14 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 /// kernel_size  odd, 1 to max_kernel_size
 ///
 /// Raises invalid_option for any other kernel size.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
@@ -10677,9 +10766,14 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 ///
 /// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
 /// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
 }
 
 namespace detail {
@@ -10790,7 +10884,8 @@ template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i
+    /// row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i. Operators do not check the indices
+    std::span<const std::int32_t> rows;
     std::span<const std::uint8_t> mask;  ///< per row: 0 if its values are missing and read as zeros, else 1; empty: all 1
     Value zero = {};                     ///< value that represents zero; for bytes, the zero point
 
@@ -10838,6 +10933,7 @@ struct basic_feature_map {
     std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
     /// The map must outlive the view and keep its size. A temporary map also converts, so that it can be a function argument.
+    /// Therefore `feature_view y = layer(plan, x);` compiles, too, but `y` then refers to a destroyed map.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -10852,9 +10948,13 @@ using feature_map = basic_feature_map<float>;
 
 /// Views a coarse map on the finer graph without a copy. Both arguments must outlive the view.
 ///
-/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros
+/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros; raises mismatch for any other index
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+    for (const std::int32_t row : parent)
+        if (row != no_pixel && static_cast<std::size_t>(row) >= coarse.pixels())
+            raise(error_code::mismatch, "upsample", "rows below " + std::to_string(coarse.pixels()),
+                  "row " + std::to_string(row));
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
 template <class Value>
@@ -10868,7 +10968,7 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
     if (coarse.pixels() != by.kept().size())
         raise(error_code::mismatch, "upsample", std::to_string(by.kept().size()) + " pixels", std::to_string(coarse.pixels()));
-    return upsample(coarse, std::span<const std::int32_t>(by.parent()));
+    return {coarse.values, coarse.channels, by.parent(), {}, coarse.zero};
 }
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&) = delete;
@@ -10878,6 +10978,17 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&&) = delete;
 
 namespace detail {
+
+/// Raises mismatch unless the values of a view are whole rows, and its mask, if any, has one entry per row.
+template <class Value>
+void check_rows(const char* where, const basic_feature_view<Value>& view) {
+    const std::size_t rows = view.channels > 0 ? view.values.size() / view.channels : 0;
+    if (view.values.size() != rows * view.channels)
+        raise(error_code::mismatch, where, "rows of " + std::to_string(view.channels) + " values",
+              std::to_string(view.values.size()) + " values");
+    if (!view.mask.empty() && view.mask.size() != rows)
+        raise(error_code::mismatch, where, "a mask of " + std::to_string(rows) + " rows", std::to_string(view.mask.size()));
+}
 
 /// Copies a row in a loop, because rows are short and a call to memmove() costs more than the copy.
 template <class Value>
@@ -11115,8 +11226,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     };
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
-        LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
+        check_rows("convolution", source);
         expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }
@@ -11189,11 +11299,13 @@ struct quantized_source {
 
 /// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
 /// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
-/// channels of all sources add up to the inputs of the weights. Raises unsupported if the scale or the bias of an output is not
-/// finite in units of result.scale.
+/// channels of all sources add up to the inputs of the weights. Raises invalid_data if a weight times its scale is NaN. Raises
+/// unsupported if the scale or the bias of an output is not finite in units of result.scale, or if kernel_size * kernel_size *
+/// channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
 ///
-/// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
-///          basic_feature_view::zero of the source
+/// sources  channels and quantization of each source that the convolution will read, in order. The zero point must equal
+///          basic_feature_view::zero of the source; nothing checks this, and a different one changes results where pixels are
+///          missing
 /// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -11211,13 +11323,18 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         raise(error_code::mismatch, "convolution", std::to_string(scaled.size() / (outputs * k * k)) + " channels in all sources",
               std::to_string(input_scales.size() / k));
     const std::size_t inputs = k * input_scales.size();
+    if (inputs > max_conv_u8_inputs)
+        raise(error_code::unsupported, "convolution",
+              "at most " + std::to_string(max_conv_u8_inputs) + " inputs of a convolution of bytes", std::to_string(inputs));
     buffer<std::int8_t> rounded(scaled.size());
     buffer<float> scales(outputs), result_bias(outputs);
     for (std::size_t o = 0; o < outputs; ++o) {
         const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
         float largest = 0.0F;
-        for (std::size_t i = 0; i < inputs; ++i)
+        for (std::size_t i = 0; i < inputs; ++i) {
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
+            if (std::isnan(row[i])) raise(error_code::invalid_data, "convolution", "finite weights and scales", "NaN");
+        }
         const float step = largest / detail::nearest_float(max_conv_u8_weight);
         const bool is_zero = step < (std::numeric_limits<float>::min)();  // if step is subnormal, row[i] / step may exceed 63
         scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
@@ -11297,7 +11414,7 @@ public:
           is_partial_(options.is_partial) {}
 
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
-    /// coarser graph. A pixel's bits depend on its window only, not on the executor.
+    /// coarser graph. A pixel's bits depend on its window only, not on the executor. Outputs that the plan omits become 0.
     ///
     /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
     ///
@@ -11308,6 +11425,7 @@ public:
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
         feature_map result(plan.output_count(), weights_.outputs);
+        if (!plan.is_full()) std::fill(result.values.begin(), result.values.end(), 0.0F);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)
             convolve_partially(plan, weights_, sources, result.values, {}, threads);
@@ -11338,7 +11456,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class convolution_planner {
 public:
     /// The graph must outlive the planner.
-    explicit convolution_planner(const graph_view& g) : g_(g), strips_(g) {}
+    explicit convolution_planner(const graph& g) : g_(g), strips_(g) {}
+    explicit convolution_planner(const graph&&) = delete;
+    /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+    explicit convolution_planner(const graph_view& g) : g_(detail::checked(g)), strips_(g) {}
 
     /// Same parameters and errors as plan_convolution().
     convolution_plan plan(std::int32_t kernel_size) { return detail::plan_all(g_, kernel_size, regular(kernel_size)); }
@@ -11481,11 +11602,26 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
     return values;
 }
 
+/// Sets to[i] = function(from[i]).
+template <class From, class To, executor Executor, class Function>
+void convert_values(const basic_feature_map<From>& from, basic_feature_map<To>& to, Executor& threads, Function function) {
+    constexpr std::size_t grain = 4096;
+    parallel_for(threads, to.values.size(), grain, [&](std::size_t first, std::size_t last) {
+        std::transform(from.values.begin() + first, from.values.begin() + last, to.values.begin() + first, function);
+    });
+}
+
+inline void check_scale(const char* where, float scale) {
+    if (!(scale > 0.0F && scale < 0x1p120F))
+        raise(error_code::invalid_option, where, "a scale above 0 and below 2^120", to_text(scale));
+}
+
 // quantized() compares and selects bits instead of floats, so that loops that call it have no branches and GCC vectorizes them.
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
 template <class Value>
 void check_same_shape(const char* where, const basic_feature_view<Value>& a, const basic_feature_view<Value>& b) {
+    check_rows(where, a), check_rows(where, b);
     if (b.pixels() != a.pixels() || b.channels != a.channels)
         raise(error_code::mismatch, where, std::to_string(a.pixels()) + " pixels of " + std::to_string(a.channels) + " channels",
               std::to_string(b.pixels()) + " of " + std::to_string(b.channels));
@@ -11558,11 +11694,15 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
 /// Returns a + b for maps of bytes, each in its own quantization.
 ///
 /// b    as in add() for floats
-/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
+/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum. Raises mismatch if the zero
+///      points of the maps disagree with its `exact.bias`
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
     detail::check_same_shape<std::uint8_t>("add", a, b);
+    if (sum.exact.bias != -(sum.exact.a_multiplier * a.zero + sum.exact.b_multiplier * b.zero))
+        raise(error_code::mismatch, "add", "maps with the zero points of the addition",
+              "zero points " + std::to_string(a.zero) + " and " + std::to_string(b.zero));
     constexpr std::size_t grain = 1024;
     const buffer<std::uint8_t> missing(b.channels, b.zero);
     parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
@@ -11584,10 +11724,13 @@ namespace detail {
 
 template <class Value, executor Executor>
 basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> sources, Executor& threads) {
-    LDI_ASSERT(!sources.empty());
+    if (sources.empty()) raise(error_code::mismatch, "concatenate", "at least one map", "none");
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.zero == sources[0].zero);
+        check_rows("concatenate", source);
+        if (source.zero != sources[0].zero)
+            raise(error_code::mismatch, "concatenate", "zero point " + std::to_string(sources[0].zero) + " in all maps",
+                  std::to_string(source.zero));
         if (source.pixels() != sources[0].pixels())
             raise(error_code::mismatch, "concatenate", std::to_string(sources[0].pixels()) + " pixels",
                   std::to_string(source.pixels()));
@@ -11609,7 +11752,8 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 /// Concatenates the channels of the maps. Called with a single upsampled map, returns a full-size copy of it. Convolutions can
 /// read several maps directly, which is faster.
 ///
-/// maps  at least one, all with the same number of pixels, else raises mismatch; maps of bytes must share one quantization
+/// maps  at least one, all with the same number of pixels and the same zero point, else raises mismatch; maps of bytes must share
+///       one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -11628,32 +11772,41 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// Applies relu to a map of bytes: values below the zero point become the zero point. Bytes support no other activation.
+/// Applies relu to a map of bytes: values below the zero point become the zero point. Raises unsupported for any other
+/// activation.
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
-                                         Executor&& threads = {}) {
-    LDI_ASSERT(by.negative_slope == 0.0F);
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    if (by.negative_slope != 0.0F)
+        raise(error_code::unsupported, "activate", "relu for a map of bytes",
+              "a negative slope of " + detail::to_text(by.negative_slope));
     const std::uint8_t zero = x.zero;
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
 /// Converts a map to bytes. Rounds each value to the nearest multiple of `to.scale`, and clamps to the range of bytes. NaN
-/// becomes the zero point.
-inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+/// becomes the zero point. Raises invalid_option unless the scale is above 0 and below 2^120.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to, Executor&& threads = {}) {
+    detail::check_rows<float>("quantize", x);
+    detail::check_scale("quantize", to.scale);
     basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
     const double scale = double{to.scale};
     const std::uint32_t max_size = detail::bits_of(256.0F * to.scale);
     const std::int32_t zero_point = to.zero_point;
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
-                   [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
+    detail::convert_values(x, result, threads, [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
     return result;
 }
 
-/// Converts a map of bytes to floats.
-inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+/// Converts a map of bytes to floats. Raises invalid_option unless the scale is above 0 and below 2^120.
+///
+/// from  the quantization of the map; x.zero is not read
+template <executor Executor = const serial_executor>
+feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from, Executor&& threads = {}) {
+    detail::check_rows<std::uint8_t>("dequantize", x);
+    detail::check_scale("dequantize", from.scale);
     feature_map result(x.pixels(), x.channels);
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
-                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    detail::convert_values(x, result, threads,
+                           [=](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
     return result;
 }
 
@@ -11697,7 +11850,7 @@ feature_map from_column(const Layers& layers, float scale = 1.0F) {
     return map;
 }
 
-/// Copies a column of bytes to a map of bytes.
+/// Copies a column of bytes to a map of bytes with zero point 0.
 ///
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 template <payload_column Column, std::same_as<std::uint8_t> Value, has_column<Column> Layers>
@@ -11710,7 +11863,8 @@ basic_feature_map<Value> from_column(const Layers& layers) {
 }
 
 /// Writes a feature map to a column. If the column stores integers, rounds values to the nearest integer and clamps them to the
-/// range of the integer type; NaN becomes 0.
+/// range of the integer type; NaN becomes 0. Ignores the zero point of a map of bytes; dequantize() (nn/ldi/elementwise.hpp) such
+/// a map first, unless its zero point is 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
 /// scale  factor that multiplies every value before rounding
@@ -11777,9 +11931,9 @@ public:
     }
 
     std::size_t size() const { return pixels_.size(); }
-    /// The pixels, ascending. A call on a temporary subset returns the values instead of a view, and leaves the subset empty.
+    /// The pixels, ascending.
     array_view<const std::int32_t> pixels() const& { return pixels_; }
-    buffer<std::int32_t> pixels() && { return std::exchange(*this, {}).pixels_; }
+    array_view<const std::int32_t> pixels() const&& = delete;  // the values would be destroyed with the subset
     /// Per pixel of the graph: its index in pixels(), or no_pixel.
     array_view<const std::int32_t> row_of() const& { return row_of_; }
     array_view<const std::int32_t> row_of() const&& = delete;
@@ -12030,7 +12184,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 
 }}  // namespace ldi
 
-// ---- ldi/nn/ldi/weights.hpp
+// ---- ldi/nn/weights.hpp
 // Looks up the weights of a network by name, and checks their types and shapes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -12052,7 +12206,8 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape, or another number of values
+/// than its shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -12066,6 +12221,9 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
         raise(error_code::mismatch, tensor_place(from, name), expected,
               std::string(type) + ", " + shape_text(found->second.shape));
     }
+    const std::size_t count = std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+    if (values->size() != count)
+        raise(error_code::mismatch, tensor_place(from, name), std::to_string(count) + " values", std::to_string(values->size()));
     return *values;
 }
 
@@ -13380,10 +13538,6 @@ public:
         auto result = pack_all<conv_u8_weights>([&](const layer& l, const values& weights, const values& bias) {
             buffer<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
-            const std::size_t k = static_cast<std::size_t>(l.kernel);
-            if (l.inputs() * k * k > max_conv_u8_inputs)
-                raise(error_code::unsupported, where(), "int8 convolutions of up to 131072 inputs",
-                      l.name + " with " + std::to_string(l.inputs() * k * k));
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
         });
@@ -13505,16 +13659,15 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     buffer<convolution_plan> encode(depth);
     graph coarse;
     for (std::size_t i = 0; i <= depth; ++i) {
-        const graph_view g = i == 0 ? finest : graph_view(coarse);
         farbrausch_level& level = levels[i];
-        level.pixel_count = g.size();
-        convolution_planner planner(g);
+        level.pixel_count = i == 0 ? finest.size() : coarse.size();
+        convolution_planner planner = i == 0 ? convolution_planner(finest) : convolution_planner(coarse);
         level.average = planner.plan(3);
         if (i == depth) break;
         coarsened next = i == 0 ? coarsen(finest) : coarsen(coarse);
         level.average_coarse = planner.plan(3, next.map);
         if (kernels[i] != 3) encode[i] = planner.plan(kernels[i], next.map);
-        level.above = std::move(next.map).parent();
+        level.above = next.map.parent().copy();
         coarse = std::move(next.topology);
     }
 
@@ -13552,7 +13705,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read).pixels(), levels[0].decoded = std::move(decoded[0]).pixels();
+    levels[0].read = read.pixels().copy(), levels[0].decoded = decoded[0].pixels().copy();
     return levels;
 }
 
@@ -13576,13 +13729,13 @@ struct masked_map {
         return result;
     }
 
-    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
-    /// size.
+    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp, without a check of `rows`. The map must
+    /// outlive the view and keep its size.
     ///
     /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = upsample(map, rows);
-        result.mask = mask;
+        basic_feature_view<Value> result = view();
+        result.rows = rows;
         return result;
     }
 };
@@ -13980,7 +14133,7 @@ public:
     /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
     ///
     /// color  H x W x 3, red, green, blue, 0 to 255
-    /// known  H x W x 1, 0 where the color is to be inpainted
+    /// known  H x W x 1, 0 where the color is to be inpainted; raises mismatch for other sizes
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
@@ -13988,7 +14141,7 @@ public:
     /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
     /// ascending order of i. A surface without any known pixel gets one constant color (black for missing_colors::masked).
     ///
-    /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
+    /// wanted  K, one per pixel, else raises mismatch; must be nonzero wherever known_column is 0
     ///
     /// The bits of a pixel's result do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
@@ -14026,7 +14179,9 @@ inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architect
 template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
-    LDI_ASSERT(wanted.size() == layers.size());
+    if (wanted.size() != layers.size())
+        raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " marks of wanted pixels",
+              std::to_string(wanted.size()));
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
@@ -14114,8 +14269,9 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
 template <executor Executor>
 image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                         const progress_listener& progress, Executor&& threads) const {
-    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() &&
-               color.width() == known.width());
+    if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
+        raise(error_code::mismatch, stage_name, "H x W x 3 colors and H x W x 1 marks of known colors",
+              detail::shape_text(color) + " and " + detail::shape_text(known));
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
@@ -14269,7 +14425,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
     const auto with_coarser = [&](const map& coarser, std::size_t l) {
-        return upsample(coarser, std::span<const std::int32_t>(levels[l].parent));
+        return view{coarser.values, coarser.channels, levels[l].parent, {}, coarser.zero};
     };
 
     map read(0, input_channels, input_zero_);
@@ -14284,7 +14440,8 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     const map back_at_half = run(half_up, levels[1].same, {with_coarser(at_quarter, 1), view(at_half)}, threads);
 
     // The last two layers compute only the wanted pixels and their inputs.
-    const convolution_plan last = restrict_to(levels[0].same, pixel_subset::marked(wanted).pixels());
+    const pixel_subset computed = pixel_subset::marked(wanted);
+    const convolution_plan last = restrict_to(levels[0].same, computed.pixels());
     const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
     const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);
     run(out, last, {view(back_at_fine)}, result, threads);
@@ -17032,20 +17189,6 @@ public:
         set_neighbor(b, opposite(s), a);
     }
 
-    /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
-    template <class See>
-    void show(See&& see) const {
-        graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
-        for (std::int32_t i = 0; i < all.count(); ++i) {
-            all.set_position(i, x(i), y(i));
-            for (const side s : all_sides) all.set_neighbor(i, s, neighbor(i, s));
-        }
-        buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
-        disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        const graph topology = std::move(all).build(unchecked);
-        see(graph_view(topology), std::span<const float>(disparity), base_.size());
-    }
-
     /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
     /// here. Only write_disparity() may follow.
     grown_pixels merge() {
@@ -17461,16 +17604,13 @@ struct expanded_layers {
 /// but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of two pixels at one position differ by
 /// more than surface_rule::max_step.
 ///
-/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
-/// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
-///
 /// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
 /// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
 /// up to 110 bytes per pixel.
-template <payload_column... Columns, class AfterIteration = std::nullptr_t>
+template <payload_column... Columns>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
-                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
+                                   const progress_listener& progress = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
@@ -17502,8 +17642,6 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         while (done < options.iterations && !expansion->is_finished(done) &&
                detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
             expansion->run_iteration(done++);
-            if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
-                expansion->pixels().show(after_iteration);
             progress.report("occluded geometry",
                             (std::min)(1.0F, detail::nearest_float(done) / detail::nearest_float(expected + 1)));
         }

@@ -1,6 +1,8 @@
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/validate.hpp>
 
+#include "tests/core/broken_view.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
 
@@ -138,4 +140,15 @@ TEST_CASE("reordered() moves a column's rows as a whole") {
     CHECK(ldi::reordered(column, order, 2) == buffer<int>{30, 31, 10, 11, 20, 21});
     for (const std::int32_t wrong : {-1, 3, 0x7FFFFFFF})
         CHECK_THROWS_AS(ldi::reordered(column, buffer<std::int32_t>{0, wrong}, 2), error);
+}
+
+TEST_CASE("canonical_order() refuses a broken view, and a wrong number of disparities") {
+    testing::for_broken_views([](const graph_view& view) {
+        CHECK_THAT(testing::message_of([&] { canonical_order(view); }), Catch::StartsWith("canonical_order: "));
+    });
+    const graph g = make_grid(8, 8);
+    const buffer<float> few(16);
+    CHECK(testing::raised([&] { canonical_order(g, few); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { canonical_order(graph_view(g), few); }) == error_code::mismatch);
+    CHECK(canonical_order(g) == canonical_order(graph_view(g)));
 }

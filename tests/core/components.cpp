@@ -1,5 +1,7 @@
 #include <ldi/core/components.hpp>
 
+#include "tests/core/broken_view.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
 
@@ -77,4 +79,10 @@ TEST_CASE("connected_components() matches a flood fill on random graphs in any o
         most = std::max(most, found.count());
     });
     CHECK(most > 50);
+}
+
+TEST_CASE("connected_components() refuses a broken view") {
+    testing::for_broken_views([](const graph_view& view) {
+        CHECK_THAT(testing::message_of([&] { connected_components(view); }), Catch::StartsWith("connected_components: "));
+    });
 }

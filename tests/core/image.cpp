@@ -48,6 +48,8 @@ static_assert(std::is_same_v<decltype(std::declval<const buffer<float>>()[0]), f
               std::is_same_v<decltype(std::declval<buffer<float>>().front()), float> &&
               std::is_same_v<decltype(std::declval<buffer<float>>().back()), float>);
 static_assert(!std::is_constructible_v<image<float>, int, int, float>, "a value such as 0.5 is not a number of channels");
+static_assert(!std::is_constructible_v<image<std::uint8_t>, int, int, std::uint8_t> &&
+              std::is_constructible_v<image<std::uint8_t>, int, int, int, std::uint8_t>);
 static_assert(std::is_constructible_v<image<float>, int, int, int> &&
               std::is_constructible_v<image<float>, int, int, int, float>);
 

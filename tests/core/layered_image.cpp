@@ -4,6 +4,7 @@
 #include <ldi/core/layered_view.hpp>
 #include <ldi/core/single_layer.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
@@ -301,6 +302,21 @@ TEST_CASE("the image is empty while edit_links() or grow() runs its callback, so
     CHECK(is_sound(layers));
 }
 
+TEST_CASE("edit_links() refuses an assignment to the image, and grow() refuses a smaller lattice") {
+    layered_image<disparity_column> layers(make_grid(4, 4));
+    const layered_image<disparity_column> other(make_grid(2, 2));
+    CHECK(testing::raised([&] { layers.edit_links([&](link_editor&) { layers = other; }); }) == error_code::mismatch);
+    CHECK(layers.size() == 16);
+    CHECK(is_sound(layers));
+    for (const auto& [width, height] : {std::pair{8, 2}, {2, 8}}) {
+        layered_image<disparity_column> flat(make_grid(4, 4));
+        CHECK(testing::raised([&, w = width, h = height] {
+                  flat.grow([&](graph_builder) { return grown_pixels{make_grid(w, h), {{0, 16, false}}, {}}; });
+              }) == error_code::mismatch);
+        CHECK(flat.size() == 0);
+    }
+}
+
 TEST_CASE("no function of a layered image constructs a column tag, so a tag's constructor may throw or be deleted") {
     using tagged = layered_image<disparity_column, throwing_tag, not_constructible_tag>;
     tagged layers(layered_image<disparity_column>(make_grid(4, 4)));
@@ -456,6 +472,10 @@ TEST_CASE("a moved-from layered image is empty") {
     CHECK(moved.size() == 6);
     CHECK(layers.size() == 0);  // NOLINT(bugprone-use-after-move)
     CHECK(layers.column<color_column>().empty());
+    photo_layer layer(moved);
+    const photo_layer other = std::move(layer);
+    CHECK((other.size() == 6 && layer.size() == 0));  // NOLINT(bugprone-use-after-move)
+    CHECK((layer.topology().width() == 0 && layer.column<color_column>().empty()));
 }
 
 TEST_CASE("a layered view refers to the caller's columns without a copy") {

@@ -23,6 +23,13 @@ static_assert(!can_change_map<level_map>);
 static_assert(!std::is_constructible_v<level_map, graph_view, buffer<std::int32_t>, buffer<std::int32_t>>);
 static_assert(!std::is_aggregate_v<level_map>);
 
+template <class Map>
+constexpr bool shows_temporary_values = requires(Map (*make)()) {
+    make().kept();
+}
+|| requires(Map (*make)()) { make().parent(); };
+static_assert(!shows_temporary_values<level_map>);
+
 }  // namespace
 
 TEST_CASE("a level map without pixels is empty, and an assigned map has the size and pixels of the other") {
@@ -38,16 +45,11 @@ TEST_CASE("a level map without pixels is empty, and an assigned map has the size
     CHECK((map.width() == 3 && map.height() == 1 && map.kept().size() == 2 && map.parent().size() == 3));
 }
 
-TEST_CASE("a moved-from level map is empty, and values taken from a temporary map stay valid") {
+TEST_CASE("a moved-from level map is empty") {
     level_map map = coarsen(make_grid(5, 4)).map;
     CHECK((map.width() == 5 && map.height() == 4 && map.kept().size() == 6 && map.parent().size() == 20));
     const level_map copy = map;
     level_map moved = std::move(map);
     CHECK((map.width() == 0 && map.height() == 0 && map.kept().empty() && map.parent().empty()));
     CHECK((moved.kept() == copy.kept() && moved.parent() == copy.parent()));
-    const buffer<std::int32_t> kept = std::move(moved).kept();
-    CHECK((copy.kept() == kept && moved.kept().empty() && moved.parent().empty() && moved.width() == 0));
-    std::int32_t sum = 0;
-    for (const std::int32_t p : coarsen(make_grid(2, 2)).map.parent()) sum += p + 1;
-    CHECK(sum == 4);
 }

@@ -45,8 +45,13 @@ TEST_CASE("a moved-from region and the second region of one builder have no pixe
     pixel_region region = region_of(random_marks(9, 13, 1));
     const pixel_region other = std::move(region);
     CHECK(other.height() == 9);
-    CHECK(region.height() == 0);
+    CHECK((region.width() == 0 && region.height() == 0));
     CHECK(region.size() == 0);
+    pixel_region assigned;
+    pixel_region source = other;
+    assigned = std::move(source);
+    CHECK((assigned.size() == other.size() && assigned.width() == 13));
+    CHECK((source.width() == 0 && source.height() == 0 && source.size() == 0));
 
     pixel_region_builder builder(5);
     builder.add_run(2, 5), builder.end_row();

@@ -1,5 +1,6 @@
 #include <ldi/core/window.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
 
@@ -9,6 +10,14 @@
 
 using namespace ldi;
 using ldi::testing::random_layers;
+
+TEST_CASE("gather_window() refuses kernel sizes that are even or out of range") {
+    const graph g = make_grid(40, 40);
+    for (const std::int32_t kernel_size : {-1, 0, 2, 16, 17, 31}) {
+        buffer<std::int32_t> result(1024, 0);
+        CHECK(testing::raised([&] { gather_window(g, 820, kernel_size, result); }) == error_code::invalid_option);
+    }
+}
 
 namespace {
 using window = buffer<std::int32_t>;

@@ -1,5 +1,5 @@
 #include <ldi/io/weight_files.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/files.hpp"

@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 # Maps the first part of a benchmark's name to the folder of headers.
 FOLDERS = [(f, f) for f in ("core", "kernels", "networks", "depth", "occlusion", "inpaint", "charts", "texture", "mesh", "render")]
-FOLDERS += [("nn", "nn/ldi"), ("networks", "nn/dense")]
+FOLDERS += [("nn", "nn"), ("nn", "nn/ldi"), ("networks", "nn/dense")]
 
 # Names without their own benchmark, by reason.
 EXCEPTIONS = {

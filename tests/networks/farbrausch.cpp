@@ -537,3 +537,16 @@ TEST_CASE("unsuitable weights and architectures are refused by name") {
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, -1, 0.2F}), Catch::Contains("growth"));
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, 4, -1e-30F}), Catch::Contains("leak") && Catch::Contains("found -1e-30"));
 }
+
+TEST_CASE("inpainting refuses masks and marks of another size") {
+    const farbrausch network(hashed_weights(small), small);
+    const image<std::uint8_t> color(64, 64, 3), known(8, 64, 1, std::uint8_t{1}), narrow(64, 8), gray(64, 64), rgb(64, 64, 3);
+    for (const auto* const mask : {&known, &narrow, &rgb})
+        CHECK(testing::raised([&] { network.inpaint(color, *mask); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { network.inpaint(gray, gray); }) == error_code::mismatch);
+    const photo_layers layers(make_grid(8, 8));
+    for (const std::size_t count : {std::size_t{0}, std::size_t{63}, std::size_t{65}}) {
+        const buffer<std::uint8_t> wanted(count, std::uint8_t{1});
+        CHECK(testing::raised([&] { network.colors(layers, wanted); }) == error_code::mismatch);
+    }
+}

@@ -5,7 +5,7 @@
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/window.hpp>
 #include <ldi/networks/farbrausch.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <algorithm>
 #include <array>

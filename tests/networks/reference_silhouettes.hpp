@@ -4,7 +4,7 @@
 
 #include <ldi/core/image.hpp>
 #include <ldi/kernels/conv_u8/scalar.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <algorithm>
 #include <array>

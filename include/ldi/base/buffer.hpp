@@ -41,6 +41,9 @@ concept element_iterator = requires(T i) {
 /// (base/memory.hpp). Differences from std::vector: operator[] accepts any integer type without a cast, `unset` leaves values of
 /// trivial types uninitialized, and a moved-from buffer is empty.
 ///
+/// Like any container, a temporary buffer converts to std::span<const T>, so that it can be an argument. Therefore
+/// `std::span<const float> s = make();` compiles, too, but `s` then refers to destroyed values. An array_view refuses it.
+///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
 /// value's copy constructor throws while the buffer grows or is assigned to. A buffer that grows copies values whose move

@@ -1,5 +1,5 @@
 // The contents of a weight file: named tensors and metadata. formats/safetensors.hpp makes `named_tensors` from a file. Networks
-// look up their weights in `named_tensors` (nn/ldi/weights.hpp).
+// look up their weights in `named_tensors` (nn/weights.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>

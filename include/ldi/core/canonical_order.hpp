@@ -19,14 +19,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the order that makes a graph canonical: `order[new index] = old index`.
-///
-/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties
-///
-/// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
-inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
-    LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
+namespace detail {
+
+/// canonical_order() for a graph whose invariants hold.
+inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const float> disparity) {
+    if (!disparity.empty() && disparity.size() != g.size())
+        raise(error_code::mismatch, "canonical_order", std::to_string(g.size()) + " disparities",
+              std::to_string(disparity.size()));
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -52,6 +51,23 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
             for (std::int32_t i = *start; i != no_pixel; i = g.right()[i]) order.push_back(i);
     }
     return order;
+}
+
+}  // namespace detail
+
+/// Returns the order that makes a graph canonical: `order[new index] = old index`.
+///
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
+///            old order breaks ties; raises mismatch for any other number
+///
+/// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
+inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+    return detail::order_of_sound(g, disparity);
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("canonical_order");
+    return detail::order_of_sound(g, disparity);
 }
 
 /// Returns the column in a new order: pixel i gets the `channels` scalars of pixel `order[i]`. Raises mismatch if an
@@ -98,7 +114,7 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
 /// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
-    const buffer<std::int32_t> order = canonical_order(g, disparity);
+    const buffer<std::int32_t> order = detail::order_of_sound(g, disparity);
     for (std::int32_t i = 0; i < order.count(); ++i)
         if (order[i] != i) return violation{invariant::canonical_order, i};
     return std::nullopt;

@@ -186,7 +186,7 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
-    if (const std::optional<violation> found = validate(g)) detail::refuse_graph(*found);
+    if (const std::optional<violation> found = validate(g)) found->refuse("coarsen");
     return detail::coarsen_sound(g, orphans);
 }
 

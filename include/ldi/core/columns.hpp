@@ -235,7 +235,8 @@ struct color_column {
 
 /// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
 /// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
-/// color_column.
+/// color_column. Unlike there, a hidden pixel keeps the color of the pixel whose surface it continues, because nothing inpaints
+/// 16 bits.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;

@@ -6,10 +6,12 @@
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/runs.hpp>
+#include <ldi/core/validate.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -21,9 +23,10 @@ struct components {
     std::size_t count() const { return size.size(); }
 };
 
-/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
-/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
-inline components connected_components(const graph_view& g) {
+namespace detail {
+
+/// connected_components() for a graph whose invariants hold.
+inline components components_of_sound(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
@@ -59,6 +62,17 @@ inline components connected_components(const graph_view& g) {
         result.size[label] += runs[run].size();
     }
     return result;
+}
+
+}  // namespace detail
+
+/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
+/// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
+inline components connected_components(const graph& g) { return detail::components_of_sound(g); }
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline components connected_components(const graph_view& g) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("connected_components");
+    return detail::components_of_sound(g);
 }
 
 }}  // namespace ldi

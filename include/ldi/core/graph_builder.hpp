@@ -20,11 +20,6 @@ struct unchecked_t {
     explicit unchecked_t() = default;  // build({}) must not compile
 };
 inline constexpr unchecked_t unchecked{};
-
-[[noreturn]] inline void refuse_graph(const violation& found) {
-    raise(error_code::mismatch, "graph_builder", std::string(to_string(found.broken)),
-          "a violation at pixel " + std::to_string(found.pixel));
-}
 }  // namespace detail
 
 /// A graph under construction. Its columns can be read like those of a finished graph.
@@ -101,7 +96,7 @@ public:
     /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
     /// then remains unchanged. Linear time.
     [[nodiscard]] graph build() && {
-        if (const std::optional<violation> found = validate(view())) detail::refuse_graph(*found);
+        if (const std::optional<violation> found = validate(view())) found->refuse("graph_builder");
         return graph(std::move(*this));
     }
     /// Returns the finished graph. The caller guarantees the invariants; debug builds assert them.

@@ -68,8 +68,8 @@ public:
 
     image_view() = default;
     /// data        first value of the first row; null only if the view is empty
-    /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
-    ///             impossible sizes, mismatch for a stride below W x C
+    /// row_stride  values, not bytes, from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large
+    ///             for impossible sizes, mismatch for a stride below W x C
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
                                                                      std::size_t channels = 1, std::size_t row_stride = 0)
@@ -138,8 +138,11 @@ public:
     image() = default;
     /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// Deleted, because a fill value such as 0.5 must not convert to a number of channels.
-    image(std::size_t height, std::size_t width, std::floating_point auto channels) = delete;
+    /// Deleted, because a fill value such as 0.5 or std::uint8_t{200} must not convert to a number of channels.
+    template <class Value>
+    requires(std::floating_point<Value> || (std::integral<Value> && sizeof(Value) == 1))
+        image(std::size_t height, std::size_t width, Value channels)
+    = delete;
     /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(checked_size(height, width, channels, sizeof(Scalar)), unset),

@@ -172,7 +172,8 @@ public:
     }
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
-    /// pixels again, even if `edit` throws. Views of the image's topology show the changes.
+    /// pixels again, even if `edit` throws. Views of the image's topology show the changes. Raises mismatch if `edit` assigned
+    /// pixels to the image; they are lost.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -186,6 +187,9 @@ public:
         } r{*this, edited, graph_builder(std::move(edited.graph_))};
         link_editor editor(r.links);
         edit(editor);
+        if (size() > 0)
+            raise(error_code::mismatch, "edit_links", "no change of the image itself",
+                  "an assignment of " + std::to_string(size()) + " pixels");
     }
 
     /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
@@ -217,16 +221,21 @@ public:
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
     /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
     /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
-    /// pixel. After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty.
+    /// pixel, or if the lattice shrinks. After this error, if `make` or a column's rule throws, or if memory runs out, the image
+    /// remains empty.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
         const std::size_t old_count = old.size();
+        const std::int32_t width = old.graph_.width(), height = old.graph_.height();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
                   std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
                       std::to_string(grown.topology.size()) + " in the graph, and pieces that don't match");
+        if (grown.topology.width() < width || grown.topology.height() < height)
+            raise(error_code::mismatch, "grow", "a lattice of at least " + std::to_string(width) + " x " + std::to_string(height),
+                  std::to_string(grown.topology.width()) + " x " + std::to_string(grown.topology.height()));
         layered_image result;
         const auto move_column = [&]<class Column>(std::type_identity<Column>) {
             result.template values<Column>() = old.template grown_column<Column>(grown);

@@ -42,13 +42,12 @@ public:
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
 
-    /// Per coarse pixel: index of the fine pixel that it keeps; ascending. A call on a temporary map returns the values instead
-    /// of a view, and leaves the map empty.
+    /// Per coarse pixel: index of the fine pixel that it keeps; ascending.
     array_view<const std::int32_t> kept() const& { return kept_; }
-    buffer<std::int32_t> kept() && { return std::move(level_map(std::move(*this)).kept_); }
-    /// Per fine pixel: its coarse pixel, or no_pixel. A call on a temporary map returns the values, as for kept().
+    array_view<const std::int32_t> kept() const&& = delete;  // the values would be destroyed with the map
+    /// Per fine pixel: its coarse pixel, or no_pixel.
     array_view<const std::int32_t> parent() const& { return parent_; }
-    buffer<std::int32_t> parent() && { return std::move(level_map(std::move(*this)).parent_); }
+    array_view<const std::int32_t> parent() const&& = delete;
 
 private:
     friend coarsened detail::coarsen_sound(const graph_view& g, orphan_rule orphans);

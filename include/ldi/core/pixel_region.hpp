@@ -31,6 +31,15 @@ public:
 
     /// Makes a region without pixels, on a lattice of 0 x 0.
     pixel_region() = default;
+    pixel_region(const pixel_region&) = default;
+    pixel_region& operator=(const pixel_region& other) { return *this = pixel_region(other); }
+    /// The moved-from region is empty, on a lattice of 0 x 0.
+    pixel_region(pixel_region&& other) noexcept
+        : width_(std::exchange(other.width_, 0)), runs_(std::move(other.runs_)), row_ends_(std::move(other.row_ends_)) {}
+    pixel_region& operator=(pixel_region&& other) noexcept {
+        width_ = std::exchange(other.width_, 0), runs_ = std::move(other.runs_), row_ends_ = std::move(other.row_ends_);
+        return *this;
+    }
 
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return row_ends_.count(); }

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -37,6 +39,13 @@ constexpr std::string_view to_string(invariant i) {
 struct violation {
     invariant broken;
     std::int32_t pixel;
+
+    /// Reports the violation as an error_code::mismatch.
+    ///
+    /// where  name of the function that requires the invariant
+    [[noreturn]] void refuse(std::string_view where) const {
+        raise(error_code::mismatch, where, to_string(broken), "a violation at pixel " + std::to_string(pixel));
+    }
 };
 
 /// Checks all invariants of a topology. Returns the first violation, if any. Linear time.

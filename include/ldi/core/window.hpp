@@ -2,6 +2,7 @@
 // "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -29,11 +31,16 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
     return true;
 }
 
+[[noreturn]] inline void refuse_kernel_size(std::int32_t kernel_size) {
+    raise(error_code::invalid_option, "gather_window", "an odd kernel size from 1 to " + std::to_string(max_kernel_size),
+          std::to_string(kernel_size));
+}
+
 }  // namespace detail
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// kernel_size  odd, 1 to max_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
 ///              there
@@ -44,7 +51,7 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 /// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
 /// does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
-    LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());

@@ -21,7 +21,7 @@
 #include <ldi/networks/inpainting_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -61,7 +61,7 @@ public:
     /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
     ///
     /// color  H x W x 3, red, green, blue, 0 to 255
-    /// known  H x W x 1, 0 where the color is to be inpainted
+    /// known  H x W x 1, 0 where the color is to be inpainted; raises mismatch for other sizes
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
@@ -69,7 +69,7 @@ public:
     /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
     /// ascending order of i. A surface without any known pixel gets one constant color (black for missing_colors::masked).
     ///
-    /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
+    /// wanted  K, one per pixel, else raises mismatch; must be nonzero wherever known_column is 0
     ///
     /// The bits of a pixel's result do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
@@ -107,7 +107,9 @@ inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architect
 template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
-    LDI_ASSERT(wanted.size() == layers.size());
+    if (wanted.size() != layers.size())
+        raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " marks of wanted pixels",
+              std::to_string(wanted.size()));
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
@@ -195,8 +197,9 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
 template <executor Executor>
 image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                         const progress_listener& progress, Executor&& threads) const {
-    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() &&
-               color.width() == known.width());
+    if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
+        raise(error_code::mismatch, stage_name, "H x W x 3 colors and H x W x 1 marks of known colors",
+              detail::shape_text(color) + " and " + detail::shape_text(known));
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());

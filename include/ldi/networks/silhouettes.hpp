@@ -14,7 +14,7 @@
 #include <ldi/nn/ldi/feature_map.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/region_plan.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <array>
 #include <cstddef>
@@ -161,7 +161,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     if (region.count() == 0) return result;
     const std::array<level, level_count> levels = plan_levels(region);
     const auto with_coarser = [&](const map& coarser, std::size_t l) {
-        return upsample(coarser, std::span<const std::int32_t>(levels[l].parent));
+        return view{coarser.values, coarser.channels, levels[l].parent, {}, coarser.zero};
     };
 
     map read(0, input_channels, input_zero_);
@@ -176,7 +176,8 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     const map back_at_half = run(half_up, levels[1].same, {with_coarser(at_quarter, 1), view(at_half)}, threads);
 
     // The last two layers compute only the wanted pixels and their inputs.
-    const convolution_plan last = restrict_to(levels[0].same, pixel_subset::marked(wanted).pixels());
+    const pixel_subset computed = pixel_subset::marked(wanted);
+    const convolution_plan last = restrict_to(levels[0].same, computed.pixels());
     const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
     const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);
     run(out, last, {view(back_at_fine)}, result, threads);

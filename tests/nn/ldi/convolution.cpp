@@ -297,7 +297,8 @@ TEST_CASE("a convolution of bytes matches the convolution of the numbers that th
     testing::for_random_graphs(46, 100, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
-        const indices parents = coarsen(g, orphan_rule::stay).map.parent();
+        const coarsened with_orphans = coarsen(g, orphan_rule::stay);
+        const auto parents = with_orphans.map.parent();
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
         // All weights are integers and the largest of every output is 63, so that quantization rounds none of them.
@@ -366,6 +367,38 @@ TEST_CASE("byte convolutions accept weights of any magnitude, and refuse scales 
     CHECK(testing::raised([&] { pack(1e30F, 0, 1e30F, 1.0F); }) == error_code::unsupported);
     CHECK(testing::raised([&] { pack(1e30F, 0, 1.0F, 1e-30F); }) == error_code::unsupported);
     CHECK(testing::raised([&] { pack(1.0F, 0, 1.0F, 0.0F); }) == error_code::unsupported);
+    CHECK(testing::raised([&] { pack(1.0F, NAN, 1.0F, 1.0F); }) == error_code::invalid_data);
+    CHECK(testing::raised([&] { pack(NAN, 1.0F, 1.0F, 1.0F); }) == error_code::invalid_data);
+    CHECK(testing::raised([&] { pack(1.0F, 1.0F, NAN, 1.0F); }) == error_code::invalid_data);
+}
+
+TEST_CASE("byte convolutions refuse more inputs than their sums can hold, and are exact up to this number") {
+    const auto sum_of_ones = [](std::size_t channels) {
+        const quantized_source source[] = {{channels, {1.0F, 0}}};
+        const conv_u8_weights packed =
+            pack_byte_convolution(best_isa(), floats(channels, 1.0F), std::array{0.0F}, 1, no_activation, source, {1.0F, 0});
+        const buffer<std::uint8_t> bytes(channels, std::uint8_t{255});
+        const basic_feature_view<std::uint8_t> sources[] = {{bytes, channels, {}, {}, 0}};
+        floats result(1, 0.0F);
+        convolve(plan_convolution(make_grid(1, 1), 1), packed, sources, result);
+        return result[0];
+    };
+    CHECK(sum_of_ones(max_conv_u8_inputs) == Approx(255.0 * max_conv_u8_inputs));
+    CHECK(testing::raised([&] { sum_of_ones(max_conv_u8_inputs + 1); }) == error_code::unsupported);
+    CHECK(testing::raised([&] { sum_of_ones(140000); }) == error_code::unsupported);
+}
+
+TEST_CASE("convolutions refuse masks that lack rows, and values that are no whole rows") {
+    const graph g = make_grid(64, 64);
+    const conv_f32_weights packed = pack_convolution(best_isa(), floats(18, 1.0F), std::array{0.0F}, 3, no_activation);
+    const floats values(2 * 64 * 64, 1.0F), ragged(2 * 64 * 64 + 1, 1.0F);
+    const buffer<std::uint8_t> row_mask(64, std::uint8_t{1});
+    floats result(64 * 64, 0.0F);
+    for (const feature_view& source : {feature_view{values, 2, {}, row_mask}, feature_view{ragged, 2, {}, {}}}) {
+        const feature_view sources[] = {source};
+        CHECK(testing::raised([&] { convolve_partially(plan_convolution(g, 3), packed, sources, result); }) ==
+              error_code::mismatch);
+    }
 }
 
 TEST_CASE("a partial convolution without unmasked inputs gives zero, regardless of the bias") {

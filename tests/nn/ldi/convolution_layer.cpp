@@ -215,3 +215,27 @@ TEST_CASE("a layer refuses unsupported kernel sizes, wrong numbers of weights, a
     CHECK(error_of([&] { layer(ldi::plan_convolution(g, 3), {three, two}); }) == ldi::error_code::mismatch);
     CHECK(error_of([&] { layer(ldi::convolution_plan(), three); }) == ldi::error_code::mismatch);
 }
+
+TEST_CASE("a layer sets the outputs that a restricted plan omits to zero") {
+    struct dirty {
+        static void* allocate(void*, std::size_t size, std::size_t alignment) {
+            const std::size_t whole = (size + alignment - 1) / alignment * alignment;
+            return std::memset(std::aligned_alloc(alignment, whole), 0x41, whole);
+        }
+        static void release(void*, void* block, std::size_t) { std::free(block); }
+    };
+    const memory filled{nullptr, dirty::allocate, dirty::release};
+    const memory_scope scope(filled);
+    std::mt19937 random(60);
+    const graph g = make_grid(8, 8);
+    const feature_map x = random_features(random, 64, 2);
+    const buffer<std::int32_t> some{0, 1, 18, 19, 20, 21, 22, 40};
+    for (const bool is_partial : {false, true}) {
+        const convolution_layer layer = random_layer(random, 2, 5, {.is_partial = is_partial});
+        const convolution_plan plan = plan_convolution(g, 3);
+        const feature_map all = layer(plan, x), part = layer(restrict_to(plan, some), x);
+        for (std::int32_t i = 0; i < 64; ++i)
+            for (std::size_t c = 0; c < 5; ++c)
+                CHECK(part.at(i)[c] == (std::find(some.begin(), some.end(), i) == some.end() ? 0.0F : all.at(i)[c]));
+    }
+}

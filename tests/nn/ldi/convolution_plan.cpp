@@ -1,5 +1,6 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
+#include "tests/core/broken_view.hpp"
 #include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
@@ -219,4 +220,28 @@ TEST_CASE(
             if (is_needed[i]) needed.push_back(static_cast<std::int32_t>(i));
         REQUIRE(needed_inputs(restricted) == needed);
     });
+}
+
+TEST_CASE("plan_convolution() refuses a broken view") {
+    const level_map map = coarsen(make_grid(8, 8)).map;
+    testing::for_broken_views([&](const graph_view& view) {
+        CHECK_THAT(testing::message_of([&] { plan_convolution(view, 3); }), Catch::StartsWith("plan_convolution: "));
+        CHECK_THAT(testing::message_of([&] { plan_convolution(view, 3, map); }), Catch::StartsWith("plan_convolution: "));
+    });
+}
+
+TEST_CASE("a moved-from plan is empty") {
+    convolution_plan plan = plan_convolution(make_grid(8, 8), 3);
+    CHECK(plan.is_full());
+    convolution_plan other = std::move(plan), assigned;
+    const auto is_empty = [](const convolution_plan& p) {
+        return p.kernel_size() == 1 && p.input_count() == 0 && p.output_count() == 0 && p.segments().empty() &&
+               p.windows().empty();
+    };
+    CHECK((is_empty(plan) && other.output_count() == 64));  // NOLINT(bugprone-use-after-move)
+    assigned = std::move(other);
+    CHECK((is_empty(other) && assigned.output_count() == 64 && assigned.input_count() == 64));  // NOLINT(bugprone-use-after-move)
+    const indices some{0, 1, 9, 10, 11, 12, 13};
+    CHECK_FALSE(restrict_to(assigned, some).is_full());
+    CHECK(restrict_and_renumber(assigned, some).is_full());
 }

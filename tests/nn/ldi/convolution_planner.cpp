@@ -1,5 +1,6 @@
 #include <ldi/nn/ldi/convolution_planner.hpp>
 
+#include "tests/core/broken_view.hpp"
 #include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 
@@ -20,6 +21,14 @@ bool are_equal(const convolution_plan& a, const convolution_plan& b) {
     return same;
 }
 }  // namespace
+
+static_assert(!std::is_constructible_v<convolution_planner, graph>, "the planner would outlive the graph");
+
+TEST_CASE("a planner refuses a broken view") {
+    testing::for_broken_views([](const graph_view& view) {
+        CHECK(testing::raised([&] { convolution_planner planner(view); }) == error_code::mismatch);
+    });
+}
 
 TEST_CASE("a planner makes the same plans as plan_convolution()") {
     testing::for_random_graphs(3, 30, [](const testing::random_layers& layers, std::mt19937&) {

@@ -190,3 +190,49 @@ TEST_CASE("quantize() rounds the exact quotient, halves away from zero") {
     for (std::size_t i = 0; i < x.values.size(); ++i)
         CHECK(int{bytes.values[i]} == std::clamp(static_cast<int>(std::round(double{x.values[i]} / scale)) + 128, 0, 255));
 }
+
+TEST_CASE("elementwise operators refuse maps without whole rows, short masks, no maps, and maps with different zero points") {
+    using bytes = basic_feature_map<std::uint8_t>;
+    feature_map ragged(2, 4096);
+    ragged.values.resize(ragged.values.size() + 4000, 1.0F);
+    CHECK(testing::raised([&] { quantize(ragged, {0.1F, 0}); }) == error_code::mismatch);
+    bytes ragged_bytes(2, 4096);
+    ragged_bytes.values.resize(3 * 4096 - 1, std::uint8_t{1});
+    CHECK(testing::raised([&] { dequantize(ragged_bytes, {0.1F, 0}); }) == error_code::mismatch);
+
+    const feature_map a(64, 2);
+    const buffer<std::uint8_t> mask(8, std::uint8_t{1});
+    feature_view masked = a;
+    masked.mask = mask;
+    CHECK(testing::raised([&] { add(a, masked); }) == error_code::mismatch);
+    CHECK(testing::raised([&] { concatenate({a, masked}); }) == error_code::mismatch);
+
+    CHECK(testing::raised([&] { concatenate(std::initializer_list<feature_view>{}); }) == error_code::mismatch);
+    const bytes low(6, 2, 10), high(6, 2, 200);
+    CHECK(testing::raised([&] { concatenate({low, high}); }) == error_code::mismatch);
+    const add_u8_constants sum = prepare_add_u8(best_isa(), make_quantized_addition({1.0F, 10}, {1.0F, 200}, {1.0F, 0}));
+    CHECK_FALSE(testing::raised([&] { add(low, high, sum); }));
+    CHECK(testing::raised([&] { add(low, low, sum); }) == error_code::mismatch);
+}
+
+TEST_CASE("conversion to and from bytes refuses scales that are not positive and finite, and bytes refuse a leaky activation") {
+    feature_map x(1, 2);
+    x.values = {3.0F, INFINITY};
+    const basic_feature_map<std::uint8_t> bytes(1, 2, 7);
+    for (const float scale : {0.0F, -1.0F, NAN, INFINITY, 0x1p120F}) {
+        CHECK(testing::raised([&] { quantize(x, {scale, 7}); }) == error_code::invalid_option);
+        CHECK(testing::raised([&] { dequantize(bytes, {scale, 7}); }) == error_code::invalid_option);
+    }
+    CHECK(quantize(x, {0x1p119F, 7}).values[1] == 255);
+    for (const activation by : {leaky_relu(0.5F), no_activation})
+        CHECK(testing::raised([&] { activate(bytes, by); }) == error_code::unsupported);
+}
+
+TEST_CASE("conversion to and from bytes returns the same values on any number of threads") {
+    std::mt19937 random(26);
+    const feature_map x = random_features(random, 20000, 3);
+    thread_pool three(3);
+    const quantization q{0.01F, 100};
+    CHECK(quantize(x, q).values == quantize(x, q, three).values);
+    CHECK(dequantize(quantize(x, q), q).values == dequantize(quantize(x, q), q, three).values);
+}

@@ -18,6 +18,7 @@ TEST_CASE("a feature map stores a row of channels per pixel and moves without a 
     CHECK(a.at(4).size() == 3);
     const float* const values = a.values.data();
     const feature_map b = std::move(a);
+    CHECK(a.pixels() == 0);  // NOLINT(bugprone-use-after-move)
     CHECK(b.values.data() == values);
     CHECK(b.at(6).data() == values + 18);
     CHECK(feature_map().pixels() == 0);
@@ -51,6 +52,16 @@ TEST_CASE("upsample() refuses the map of another level") {
     CHECK(testing::raised([&] { upsample(coarse, half.map); }) == error_code::mismatch);  // skips a level
     const level_map nothing;
     CHECK(testing::raised([&] { upsample(coarse, nothing); }) == error_code::mismatch);
+}
+
+TEST_CASE("upsample() refuses a parent that is no row of the coarse map") {
+    const feature_map coarse(4, 1);
+    for (const std::int32_t parent : {4, 100000, -2}) {
+        const buffer<std::int32_t> parents{0, 3, no_pixel, parent};
+        CHECK(testing::raised([&] { upsample(coarse, parents); }) == error_code::mismatch);
+    }
+    const buffer<std::int32_t> parents{0, 3, no_pixel};
+    CHECK(upsample(coarse, parents).row_of(1) == 3);
 }
 
 // Views of temporaries, which must not compile.

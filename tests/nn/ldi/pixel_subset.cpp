@@ -95,3 +95,10 @@ constexpr bool can_change_subset = requires(Subset s) {
 }
 || requires(Subset s) { s.row_of()[0] = 1; };
 static_assert(!can_change_subset<pixel_subset&>);
+
+TEST_CASE("a moved-from subset is empty") {
+    pixel_subset subset = pixel_subset::marked(marks{1, 0, 1});
+    const pixel_subset other = std::move(subset);
+    CHECK((other.size() == 2 && other.row_of().size() == 3));
+    CHECK((subset.size() == 0 && subset.row_of().empty()));  // NOLINT(bugprone-use-after-move)
+}

@@ -8,7 +8,7 @@
 #include <ldi/networks/detail/network_tensors.hpp>
 #include <ldi/networks/inpainting_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -62,10 +62,6 @@ public:
         auto result = pack_all<conv_u8_weights>([&](const layer& l, const values& weights, const values& bias) {
             buffer<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
-            const std::size_t k = static_cast<std::size_t>(l.kernel);
-            if (l.inputs() * k * k > max_conv_u8_inputs)
-                raise(error_code::unsupported, where(), "int8 convolutions of up to 131072 inputs",
-                      l.name + " with " + std::to_string(l.inputs() * k * k));
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
         });

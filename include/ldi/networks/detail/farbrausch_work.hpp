@@ -43,16 +43,15 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     buffer<convolution_plan> encode(depth);
     graph coarse;
     for (std::size_t i = 0; i <= depth; ++i) {
-        const graph_view g = i == 0 ? finest : graph_view(coarse);
         farbrausch_level& level = levels[i];
-        level.pixel_count = g.size();
-        convolution_planner planner(g);
+        level.pixel_count = i == 0 ? finest.size() : coarse.size();
+        convolution_planner planner = i == 0 ? convolution_planner(finest) : convolution_planner(coarse);
         level.average = planner.plan(3);
         if (i == depth) break;
         coarsened next = i == 0 ? coarsen(finest) : coarsen(coarse);
         level.average_coarse = planner.plan(3, next.map);
         if (kernels[i] != 3) encode[i] = planner.plan(kernels[i], next.map);
-        level.above = std::move(next.map).parent();
+        level.above = next.map.parent().copy();
         coarse = std::move(next.topology);
     }
 
@@ -90,7 +89,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = std::move(read).pixels(), levels[0].decoded = std::move(decoded[0]).pixels();
+    levels[0].read = read.pixels().copy(), levels[0].decoded = decoded[0].pixels().copy();
     return levels;
 }
 

@@ -25,13 +25,13 @@ struct masked_map {
         return result;
     }
 
-    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
-    /// size.
+    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp, without a check of `rows`. The map must
+    /// outlive the view and keep its size.
     ///
     /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
-        basic_feature_view<Value> result = upsample(map, rows);
-        result.mask = mask;
+        basic_feature_view<Value> result = view();
+        result.rows = rows;
         return result;
     }
 };

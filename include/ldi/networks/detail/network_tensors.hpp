@@ -6,7 +6,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/kernels/requantize.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/nn/dense/network_description.hpp>
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <algorithm>
 #include <cstddef>

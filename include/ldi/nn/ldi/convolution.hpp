@@ -68,11 +68,13 @@ struct quantized_source {
 
 /// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
 /// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
-/// channels of all sources add up to the inputs of the weights. Raises unsupported if the scale or the bias of an output is not
-/// finite in units of result.scale.
+/// channels of all sources add up to the inputs of the weights. Raises invalid_data if a weight times its scale is NaN. Raises
+/// unsupported if the scale or the bias of an output is not finite in units of result.scale, or if kernel_size * kernel_size *
+/// channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
 ///
-/// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
-///          basic_feature_view::zero of the source
+/// sources  channels and quantization of each source that the convolution will read, in order. The zero point must equal
+///          basic_feature_view::zero of the source; nothing checks this, and a different one changes results where pixels are
+///          missing
 /// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -90,13 +92,18 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         raise(error_code::mismatch, "convolution", std::to_string(scaled.size() / (outputs * k * k)) + " channels in all sources",
               std::to_string(input_scales.size() / k));
     const std::size_t inputs = k * input_scales.size();
+    if (inputs > max_conv_u8_inputs)
+        raise(error_code::unsupported, "convolution",
+              "at most " + std::to_string(max_conv_u8_inputs) + " inputs of a convolution of bytes", std::to_string(inputs));
     buffer<std::int8_t> rounded(scaled.size());
     buffer<float> scales(outputs), result_bias(outputs);
     for (std::size_t o = 0; o < outputs; ++o) {
         const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
         float largest = 0.0F;
-        for (std::size_t i = 0; i < inputs; ++i)
+        for (std::size_t i = 0; i < inputs; ++i) {
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
+            if (std::isnan(row[i])) raise(error_code::invalid_data, "convolution", "finite weights and scales", "NaN");
+        }
         const float step = largest / detail::nearest_float(max_conv_u8_weight);
         const bool is_zero = step < (std::numeric_limits<float>::min)();  // if step is subnormal, row[i] / step may exceed 63
         scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;

@@ -15,6 +15,7 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <initializer_list>
 #include <span>
@@ -42,7 +43,7 @@ public:
           is_partial_(options.is_partial) {}
 
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
-    /// coarser graph. A pixel's bits depend on its window only, not on the executor.
+    /// coarser graph. A pixel's bits depend on its window only, not on the executor. Outputs that the plan omits become 0.
     ///
     /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
     ///
@@ -53,6 +54,7 @@ public:
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
         feature_map result(plan.output_count(), weights_.outputs);
+        if (!plan.is_full()) std::fill(result.values.begin(), result.values.end(), 0.0F);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)
             convolve_partially(plan, weights_, sources, result.values, {}, threads);

@@ -10,12 +10,14 @@
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/level_map.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/core/window.hpp>
 #include <ldi/nn/ldi/detail/regular_pixels.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -61,6 +63,14 @@ public:
 
     /// Makes a plan without inputs and outputs.
     convolution_plan() = default;
+    convolution_plan(const convolution_plan&) = default;
+    convolution_plan& operator=(const convolution_plan& other) { return *this = convolution_plan(other); }
+    /// The moved-from plan is empty.
+    convolution_plan(convolution_plan&& other) noexcept : parts_(std::exchange(other.parts_, {})) {}
+    convolution_plan& operator=(convolution_plan&& other) noexcept {
+        parts_ = std::exchange(other.parts_, {});
+        return *this;
+    }
 
     std::int32_t kernel_size() const { return parts_.kernel_size; }
     std::int32_t stride() const { return parts_.stride; }
@@ -68,6 +78,12 @@ public:
     std::size_t input_count() const { return parts_.input_count; }
     /// Number of pixels of the graph or, with stride 2, of the coarse graph.
     std::size_t output_count() const { return parts_.output_count; }
+    /// Whether a convolution computes all outputs. Time is linear in the number of segments.
+    bool is_full() const {
+        std::size_t computed = parts_.irregular.size();
+        for (const segment& s : parts_.segments) computed += static_cast<std::size_t>(s.count);
+        return computed == output_count();
+    }
     /// kernel_size() as std::size_t.
     std::size_t k() const { return parts_.k(); }
     /// Number of pixels per window.
@@ -110,6 +126,12 @@ namespace detail {
 
 inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
 inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
+
+/// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
+inline const graph_view& checked(const graph_view& g) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("plan_convolution");
+    return g;
+}
 
 inline void check_kernel_size(std::int32_t kernel_size) {
     if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
@@ -181,9 +203,14 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 /// kernel_size  odd, 1 to max_kernel_size
 ///
 /// Raises invalid_option for any other kernel size.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
 }
 
 /// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
@@ -193,9 +220,14 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 ///
 /// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
 /// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
 }
 
 namespace detail {

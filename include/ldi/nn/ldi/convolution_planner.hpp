@@ -16,7 +16,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class convolution_planner {
 public:
     /// The graph must outlive the planner.
-    explicit convolution_planner(const graph_view& g) : g_(g), strips_(g) {}
+    explicit convolution_planner(const graph& g) : g_(g), strips_(g) {}
+    explicit convolution_planner(const graph&&) = delete;
+    /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+    explicit convolution_planner(const graph_view& g) : g_(detail::checked(g)), strips_(g) {}
 
     /// Same parameters and errors as plan_convolution().
     convolution_plan plan(std::int32_t kernel_size) { return detail::plan_all(g_, kernel_size, regular(kernel_size)); }

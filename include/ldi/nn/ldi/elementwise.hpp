@@ -6,6 +6,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/conv_f32.hpp>
@@ -36,11 +37,26 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
     return values;
 }
 
+/// Sets to[i] = function(from[i]).
+template <class From, class To, executor Executor, class Function>
+void convert_values(const basic_feature_map<From>& from, basic_feature_map<To>& to, Executor& threads, Function function) {
+    constexpr std::size_t grain = 4096;
+    parallel_for(threads, to.values.size(), grain, [&](std::size_t first, std::size_t last) {
+        std::transform(from.values.begin() + first, from.values.begin() + last, to.values.begin() + first, function);
+    });
+}
+
+inline void check_scale(const char* where, float scale) {
+    if (!(scale > 0.0F && scale < 0x1p120F))
+        raise(error_code::invalid_option, where, "a scale above 0 and below 2^120", to_text(scale));
+}
+
 // quantized() compares and selects bits instead of floats, so that loops that call it have no branches and GCC vectorizes them.
 inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
 
 template <class Value>
 void check_same_shape(const char* where, const basic_feature_view<Value>& a, const basic_feature_view<Value>& b) {
+    check_rows(where, a), check_rows(where, b);
     if (b.pixels() != a.pixels() || b.channels != a.channels)
         raise(error_code::mismatch, where, std::to_string(a.pixels()) + " pixels of " + std::to_string(a.channels) + " channels",
               std::to_string(b.pixels()) + " of " + std::to_string(b.channels));
@@ -113,11 +129,15 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
 /// Returns a + b for maps of bytes, each in its own quantization.
 ///
 /// b    as in add() for floats
-/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
+/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum. Raises mismatch if the zero
+///      points of the maps disagree with its `exact.bias`
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
     detail::check_same_shape<std::uint8_t>("add", a, b);
+    if (sum.exact.bias != -(sum.exact.a_multiplier * a.zero + sum.exact.b_multiplier * b.zero))
+        raise(error_code::mismatch, "add", "maps with the zero points of the addition",
+              "zero points " + std::to_string(a.zero) + " and " + std::to_string(b.zero));
     constexpr std::size_t grain = 1024;
     const buffer<std::uint8_t> missing(b.channels, b.zero);
     parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
@@ -139,10 +159,13 @@ namespace detail {
 
 template <class Value, executor Executor>
 basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> sources, Executor& threads) {
-    LDI_ASSERT(!sources.empty());
+    if (sources.empty()) raise(error_code::mismatch, "concatenate", "at least one map", "none");
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.zero == sources[0].zero);
+        check_rows("concatenate", source);
+        if (source.zero != sources[0].zero)
+            raise(error_code::mismatch, "concatenate", "zero point " + std::to_string(sources[0].zero) + " in all maps",
+                  std::to_string(source.zero));
         if (source.pixels() != sources[0].pixels())
             raise(error_code::mismatch, "concatenate", std::to_string(sources[0].pixels()) + " pixels",
                   std::to_string(source.pixels()));
@@ -164,7 +187,8 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 /// Concatenates the channels of the maps. Called with a single upsampled map, returns a full-size copy of it. Convolutions can
 /// read several maps directly, which is faster.
 ///
-/// maps  at least one, all with the same number of pixels, else raises mismatch; maps of bytes must share one quantization
+/// maps  at least one, all with the same number of pixels and the same zero point, else raises mismatch; maps of bytes must share
+///       one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -183,32 +207,41 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// Applies relu to a map of bytes: values below the zero point become the zero point. Bytes support no other activation.
+/// Applies relu to a map of bytes: values below the zero point become the zero point. Raises unsupported for any other
+/// activation.
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
-                                         Executor&& threads = {}) {
-    LDI_ASSERT(by.negative_slope == 0.0F);
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    if (by.negative_slope != 0.0F)
+        raise(error_code::unsupported, "activate", "relu for a map of bytes",
+              "a negative slope of " + detail::to_text(by.negative_slope));
     const std::uint8_t zero = x.zero;
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
 /// Converts a map to bytes. Rounds each value to the nearest multiple of `to.scale`, and clamps to the range of bytes. NaN
-/// becomes the zero point.
-inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+/// becomes the zero point. Raises invalid_option unless the scale is above 0 and below 2^120.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to, Executor&& threads = {}) {
+    detail::check_rows<float>("quantize", x);
+    detail::check_scale("quantize", to.scale);
     basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
     const double scale = double{to.scale};
     const std::uint32_t max_size = detail::bits_of(256.0F * to.scale);
     const std::int32_t zero_point = to.zero_point;
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
-                   [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
+    detail::convert_values(x, result, threads, [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
     return result;
 }
 
-/// Converts a map of bytes to floats.
-inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+/// Converts a map of bytes to floats. Raises invalid_option unless the scale is above 0 and below 2^120.
+///
+/// from  the quantization of the map; x.zero is not read
+template <executor Executor = const serial_executor>
+feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from, Executor&& threads = {}) {
+    detail::check_rows<std::uint8_t>("dequantize", x);
+    detail::check_scale("dequantize", from.scale);
     feature_map result(x.pixels(), x.channels);
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
-                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    detail::convert_values(x, result, threads,
+                           [=](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
     return result;
 }
 

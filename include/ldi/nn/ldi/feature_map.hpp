@@ -25,7 +25,8 @@ template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i
+    /// row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i. Operators do not check the indices
+    std::span<const std::int32_t> rows;
     std::span<const std::uint8_t> mask;  ///< per row: 0 if its values are missing and read as zeros, else 1; empty: all 1
     Value zero = {};                     ///< value that represents zero; for bytes, the zero point
 
@@ -73,6 +74,7 @@ struct basic_feature_map {
     std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
     /// The map must outlive the view and keep its size. A temporary map also converts, so that it can be a function argument.
+    /// Therefore `feature_view y = layer(plan, x);` compiles, too, but `y` then refers to a destroyed map.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -87,9 +89,13 @@ using feature_map = basic_feature_map<float>;
 
 /// Views a coarse map on the finer graph without a copy. Both arguments must outlive the view.
 ///
-/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros
+/// parent  per pixel of the finer graph: a row of `coarse`, or no_pixel for zeros; raises mismatch for any other index
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+    for (const std::int32_t row : parent)
+        if (row != no_pixel && static_cast<std::size_t>(row) >= coarse.pixels())
+            raise(error_code::mismatch, "upsample", "rows below " + std::to_string(coarse.pixels()),
+                  "row " + std::to_string(row));
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
 template <class Value>
@@ -103,7 +109,7 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, const level_map& by) {
     if (coarse.pixels() != by.kept().size())
         raise(error_code::mismatch, "upsample", std::to_string(by.kept().size()) + " pixels", std::to_string(coarse.pixels()));
-    return upsample(coarse, std::span<const std::int32_t>(by.parent()));
+    return {coarse.values, coarse.channels, by.parent(), {}, coarse.zero};
 }
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&) = delete;
@@ -113,6 +119,17 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level_map&&) = delete;
 
 namespace detail {
+
+/// Raises mismatch unless the values of a view are whole rows, and its mask, if any, has one entry per row.
+template <class Value>
+void check_rows(const char* where, const basic_feature_view<Value>& view) {
+    const std::size_t rows = view.channels > 0 ? view.values.size() / view.channels : 0;
+    if (view.values.size() != rows * view.channels)
+        raise(error_code::mismatch, where, "rows of " + std::to_string(view.channels) + " values",
+              std::to_string(view.values.size()) + " values");
+    if (!view.mask.empty() && view.mask.size() != rows)
+        raise(error_code::mismatch, where, "a mask of " + std::to_string(rows) + " rows", std::to_string(view.mask.size()));
+}
 
 /// Copies a row in a loop, because rows are short and a call to memmove() costs more than the copy.
 template <class Value>

@@ -30,7 +30,7 @@ feature_map from_column(const Layers& layers, float scale = 1.0F) {
     return map;
 }
 
-/// Copies a column of bytes to a map of bytes.
+/// Copies a column of bytes to a map of bytes with zero point 0.
 ///
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 template <payload_column Column, std::same_as<std::uint8_t> Value, has_column<Column> Layers>
@@ -43,7 +43,8 @@ basic_feature_map<Value> from_column(const Layers& layers) {
 }
 
 /// Writes a feature map to a column. If the column stores integers, rounds values to the nearest integer and clamps them to the
-/// range of the integer type; NaN becomes 0.
+/// range of the integer type; NaN becomes 0. Ignores the zero point of a map of bytes; dequantize() (nn/ldi/elementwise.hpp) such
+/// a map first, unless its zero point is 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
 /// scale  factor that multiplies every value before rounding

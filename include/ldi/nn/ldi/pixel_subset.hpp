@@ -37,9 +37,9 @@ public:
     }
 
     std::size_t size() const { return pixels_.size(); }
-    /// The pixels, ascending. A call on a temporary subset returns the values instead of a view, and leaves the subset empty.
+    /// The pixels, ascending.
     array_view<const std::int32_t> pixels() const& { return pixels_; }
-    buffer<std::int32_t> pixels() && { return std::exchange(*this, {}).pixels_; }
+    array_view<const std::int32_t> pixels() const&& = delete;  // the values would be destroyed with the subset
     /// Per pixel of the graph: its index in pixels(), or no_pixel.
     array_view<const std::int32_t> row_of() const& { return row_of_; }
     array_view<const std::int32_t> row_of() const&& = delete;

@@ -222,8 +222,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     };
     std::size_t channels = 0;
     for (const auto& source : sources) {
-        LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
-        LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
+        check_rows("convolution", source);
         expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }

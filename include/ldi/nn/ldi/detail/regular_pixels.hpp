@@ -206,7 +206,6 @@ private:
         return seen;
     }
 
-private:
     std::int32_t radius_;
     graph_view g_;
     pixel_bits regular_;

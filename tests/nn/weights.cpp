@@ -1,4 +1,4 @@
-#include <ldi/nn/ldi/weights.hpp>
+#include <ldi/nn/weights.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -16,6 +16,9 @@ TEST_CASE("a tensor is found by name, type and shape, and the error for a mismat
                       Catch::Contains("tensor c") && Catch::Contains("float, 2") && Catch::Contains("no such tensor"));
     CHECK_THROWS_WITH(tensor_values<float>(weights, "a", {2}),
                       Catch::Contains("tensor a") && Catch::Contains("found float, 2 x 1"));
+    weights.tensors["few"] = {{2, 3}, buffer<float>{1.0F, 2.0F}};
+    CHECK_THROWS_WITH(tensor_values<float>(weights, "few", {2, 3}),
+                      Catch::Contains("tensor few: expected 6 values, found 2 (mismatch)"));
     CHECK_THROWS_WITH(tensor_values<std::uint8_t>(weights, "b", {}),
                       Catch::Contains("expected uint8, a single value") && Catch::Contains("found int8, a single value"));
 }

@@ -6,7 +6,10 @@
 #include <ldi/base/named_tensors.hpp>
 #include <ldi/base/printable.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -31,7 +34,8 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape, or another number of values
+/// than its shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -45,6 +49,9 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
         raise(error_code::mismatch, tensor_place(from, name), expected,
               std::string(type) + ", " + shape_text(found->second.shape));
     }
+    const std::size_t count = std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+    if (values->size() != count)
+        raise(error_code::mismatch, tensor_place(from, name), std::to_string(count) + " values", std::to_string(values->size()));
     return *values;
 }
 
