@@ -155,6 +155,7 @@ private:
             const std::int32_t id = flat_.open_corners[i];
             if (hems_[i].is_empty()) return vertex_of_[id];
             const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+            mesh_.hem_vertices.push_back({vertex, vertex_of_[id]});
             add_position(flat_.outlines.corners[id], hems_[i]);
             add_texture(flat_.outlines.corners[id], to_atlas, finder, hems_[i]);
             return vertex;

@@ -113,6 +113,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
         for (std::size_t k = 0; k < 3; ++k) moved.triangles[to + k] = place[mesh.triangles[i + k]];
     }
     moved.soft_edges = mesh.soft_edges;
+    for (const hem_vertex& h : mesh.hem_vertices) moved.hem_vertices.push_back({place[h.outer], place[h.inner]});
     return moved;
 }
 
