@@ -71,7 +71,7 @@ void add_texture() {
     add("texture/packing_tree/insert 1000 rectangles", [](benchmark::State& state) {
         const ldi::buffer<ldi::rectangle_size> sizes = chart_blocks(1000);
         measure(state, "1000", {}, [&] {
-            ldi::detail::packing_tree tree({1 << 12, 1 << 12});
+            ldi::packing_tree tree({1 << 12, 1 << 12});
             ldi::rectangle_corner corner;
             std::size_t placed = 0;
             for (const ldi::rectangle_size& size : sizes)
@@ -84,7 +84,7 @@ void add_texture() {
         const ldi::buffer<ldi::texel_kind> kinds(s.layers.size(), ldi::texel_kind::photo);
         measure_change(state, chart_text(), layer_pixels(), s.atlas, [&](ldi::texture_atlas& atlas) {
             std::fill(atlas.kind.begin(), atlas.kind.end(), ldi::texel_kind::empty);
-            ldi::detail::chart_padder padder(s.layers.topology(), s.layers.column<ldi::color_column>(), kinds, atlas.color, atlas.kind);
+            ldi::chart_padder padder(s.layers.topology(), s.layers.column<ldi::color_column>(), kinds, atlas.color, atlas.kind);
             for (std::size_t i = 0; i < s.charts.charts.size(); ++i) {
                 const ldi::chart& c = s.charts.charts[i];
                 const ldi::chart_placement at = s.atlas.placements[i];

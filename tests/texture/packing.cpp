@@ -136,7 +136,7 @@ TEST_CASE("ten thousand small rectangles are packed without deep recursion") {
 }
 
 TEST_CASE("after a rectangle is placed, the larger remaining strip keeps its full length") {
-    detail::packing_tree tree({10, 6});
+    packing_tree tree({10, 6});
     rectangle_corner corner;
     REQUIRE(tree.insert({4, 4}, corner));  // 6 remain on the right, 2 below: the right strip keeps its full height
     CHECK(corner.x == 0);

@@ -32,8 +32,6 @@ struct packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-namespace detail {
-
 /// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf (free rectangle) of the tree that is large
 /// enough. Only the free leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
@@ -90,6 +88,8 @@ private:
     std::size_t before_ = 0;
     rectangle_size last_size_;
 };
+
+namespace detail {
 
 /// Raises invalid_data for a rectangle without area, and too_large for one that is larger than a sheet.
 inline void check_rectangle(rectangle_size size, std::int32_t max_side, const char* where) {
@@ -191,7 +191,7 @@ struct sheet_packing {
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
-    buffer<detail::packing_tree> trees;
+    buffer<packing_tree> trees;
     for (const std::size_t i : detail::packing_order(sizes)) {
         const rectangle_size size = sizes[i];
         detail::check_rectangle(size, max_side, "pack_on_sheets");

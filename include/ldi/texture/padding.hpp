@@ -46,8 +46,6 @@ struct padding_options {
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
 };
 
-namespace detail {
-
 /// Draws and pads charts one by one, and reuses its memory. One object serves one thread; several objects may draw charts at the
 /// same time if their rectangles share no texel.
 class chart_padder {
@@ -189,7 +187,7 @@ private:
         for (std::int32_t i = 0; i < unknown_.count(); ++i) {
             const diffusion<3>::value_type& value = diffusion_.value(i + 1);
             std::uint8_t* const color = color_ + 3 * unknown_[i];
-            for (std::size_t channel = 0; channel < 3; ++channel) color[channel] = rounded_mean(value[channel]);
+            for (std::size_t channel = 0; channel < 3; ++channel) color[channel] = detail::rounded_mean(value[channel]);
         }
     }
 
@@ -236,7 +234,5 @@ private:
     buffer<std::ptrdiff_t> unknown_;  // texel of each diffusion cell
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
-
-}  // namespace detail
 
 }}  // namespace ldi
