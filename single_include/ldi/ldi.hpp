@@ -1606,7 +1606,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     buffer<Scalar> result(order.size() * channels);
     for (const std::int32_t old : order)
         if (old < 0 || static_cast<std::size_t>(old) >= column.size() / channels)
-            raise(error_code::mismatch, "reorder", "indices of " + std::to_string(column.size() / channels) + " pixels",
+            raise(error_code::mismatch, "reorder", "indices below " + std::to_string(column.size() / channels),
                   "index " + std::to_string(old));
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)
@@ -1773,10 +1773,10 @@ concept lacks_at_vertex = requires {
 template <class Result, class Argument>
 using rule = Result (*)(Argument);
 
-/// Whether a tag has a rule with exactly the types of its column: it accepts the column's values, by value or const reference,
-/// and returns values of the column. The constants ..._fits are true for such a rule and for a tag without the rule. Without this
-/// check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would silently truncate
-/// values.
+/// Whether a tag has a rule with exactly the types of its column: the rule accepts the column's values, by value or const
+/// reference, and returns values of the column. The ..._fits constants below are true for such a rule, and for a tag without the
+/// rule. Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type
+/// would silently truncate values.
 template <class Column>
 concept has_new_pixel = requires {
     static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
@@ -2151,7 +2151,7 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K values, one per pixel; raises mismatch for another number
+    /// kept  K values, one per pixel; raises mismatch for any other number
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
@@ -3011,7 +3011,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 namespace detail {
 
 [[noreturn]] inline void refuse_size(std::size_t height, std::size_t width, std::size_t channels) {
-    raise(error_code::too_large, "image", "a size that memory can have",
+    raise(error_code::too_large, "image", "a size that fits in memory",
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
@@ -3953,7 +3953,8 @@ struct cpuid_leaf {
 #endif
 
 // ---- ldi/kernels/detail/dot_product_extension.hpp
-// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018 and all Apple M chips.
+// Detects the dot product extension of 64-bit Arm processors. Armv8.2 introduced it as an option; phones since 2018 and all Apple
+// M chips have it.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4216,14 +4217,15 @@ struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
     bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
-    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
+    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. WebAssembly has no fma and
+    /// also rounds the products. Scalar and NEON do not use the constants.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
-    bool has_float_form;  ///< faster than the integer form
+    bool has_float_form;  ///< whether the kernel has the float form, which is faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
@@ -4445,7 +4447,7 @@ struct relu_requantizer {
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4695,8 +4697,8 @@ inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
 /// Applies an unfused_requantization to vectors.
 ///
-/// positive  whether to add the offset unchanged to all values, instead of with each value's sign. Requires a zero point of 0:
-///           negative values then clamp to 0 in either case
+/// positive  whether to add the same offset to all values, instead of an offset with the sign of each value. Requires a zero
+///           point of 0, for which negative values clamp to 0 in either case
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -4747,7 +4749,7 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4831,7 +4833,7 @@ private:
 struct integer_adder {
     static constexpr std::size_t width = 16;
     v128_t bias, a_multiplier, b_multiplier, zero_point;
-    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_adder(const add_u8_constants& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
@@ -4944,7 +4946,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -5047,7 +5049,7 @@ struct rectifier {
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5140,7 +5142,7 @@ inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_
 /// Applies add_quantized() to vectors of bytes that were extended to 32 bits.
 struct integer_addition {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
-    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by the last bit
+    __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
     explicit integer_addition(const quantized_addition& sum)
         : bias(spread(sum.bias)),
@@ -5732,9 +5734,15 @@ LDI_END_TARGET
 // the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
 // (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. On Zen 5, they
-// increase the median time of 9 runs of conv_f32 (conv_u8) by 31 % (15 %) for 3 x 3 convolutions from 16 to 16 channels, by 33 %
-// (18 %) for 3 x 3 from 24 to 3, and by 41 % (6 %) for 1 x 1 from 5 to 8. From 32 to 32 channels, times are within 5 %.
+// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
+// on Zen 5, median of 9 runs:
+//
+//                               conv_f32   conv_u8
+//     3 x 3, 16 to 16 channels      31 %      15 %
+//     3 x 3, 24 to 3 channels       33 %      18 %
+//     1 x 1, 5 to 8 channels        41 %       6 %
+//
+// From 32 to 32 channels, the times differ by at most 5 %.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5850,7 +5858,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6279,7 +6287,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     return packed;
 }
 
-/// Computes result = activation(sum of weight * input * ratio + bias).
+/// Computes result = activation((sum of weight * input) * ratio + bias).
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
@@ -6621,7 +6629,7 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 //
 //     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
 //     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile after the full tiles, for the remaining pixels
+//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -7114,7 +7122,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). If results are bytes, also adds
+/// Computes result = activation((sum of weight * (input - zero point)) * (scale * ratio) + bias). If results are bytes, also adds
 /// their zero point, rounds half to even, and clamps.
 ///
 /// rows          addresses of the first pixel's pieces, each of weights.inputs values
@@ -7242,7 +7250,7 @@ struct depthwise_source {
 
 }  // namespace detail
 
-/// One instruction set's kernel: a row of `depthwise_u8_kernels`. The width is at least 1.
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`. In run(), `width` is at least 1.
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
@@ -7467,7 +7475,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
 // One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between
 // its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, the weights of a
-// unit are split into several terms, whose products are added.
+// unit (a range of channels, stretches.hpp) are split into several terms, whose products are added.
 //
 // Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 
@@ -7511,7 +7519,7 @@ template <std::size_t channels>
     store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
 }
 
-// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
+// Output stage of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
 // detail/lanes_*.hpp.
 
 /// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
@@ -7848,7 +7856,7 @@ template <std::size_t channels>
     }
 }
 
-// Results of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
+// Output stage of depthwise_u8. Each x86 instruction set includes this file inside its namespace and target region, after
 // detail/lanes_*.hpp.
 
 /// Requantizes the sums of a depthwise convolution, and packs them to bytes in the order of the channels.
@@ -8552,7 +8560,8 @@ struct depthwise_rows {
     std::uint8_t padding;
 };
 
-/// Fills `count` slots with enlarged columns, starting at `first` - 1. At most one column on each side is outside the image.
+/// Fills `count` slots with columns of the enlarged rows, starting at column `first` - 1. At most one column on each side is
+/// outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {
@@ -8776,7 +8785,8 @@ struct gemm_u8_weights {
     /// unfused_requantization, or a scale of 0 if none is exact; the kernel then uses `output`. Scalar and NEON do not use it.
     float_requantization fast;
 
-    /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
+    /// Whether the lanes of AVX2, AVX-512 and WebAssembly contain inputs instead of outputs: for a single output with enough
+    /// inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
@@ -8889,8 +8899,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
-/// are the sum of one or more terms.
+/// A term of a group. A group has the weights of four inputs for all outputs of a panel, and is the sum of one or more terms. The
+/// weights of a term are so small that they cannot saturate a 16-bit sum.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
@@ -10191,8 +10201,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 /// Packs weights for gemm_u8().
 ///
 /// target             requested instruction set. If its kernel is not exact for this layer, the function packs for a slower set;
-///                    the result's `target` names the set that was used. VNNI and NEON are not exact for weights beyond 8 signed
-///                    bits, x86 for a requantization without a float form
+///                    the result's `target` names the set that was used. VNNI and NEON kernels are not exact if the weights do
+///                    not fit in signed bytes, even negated. x86 kernels are not exact if the requantization has no float form
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -10307,8 +10317,8 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be another
-    /// object.
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
+    /// different object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -10657,7 +10667,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
@@ -10668,8 +10678,8 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// kernel_size  odd, 1 to max_kernel_size
 /// map          coarsened::map of the result of coarsen(g)
 ///
-/// Raises invalid_option for another kernel size. Raises mismatch if `map` belongs to a graph with another number of pixels,
-/// another lattice size, or other kept pixels in a run that becomes a segment.
+/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
+/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
@@ -11181,8 +11191,9 @@ struct quantized_source {
 };
 
 /// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
-/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch if the sources
-/// have another number of channels in total, and unsupported if a scale or a bias is not finite in units of result.scale.
+/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
+/// channels of all sources add up to the inputs of the weights. Raises unsupported if the scale or the bias of an output is not
+/// finite in units of result.scale.
 ///
 /// sources  channels and quantization of each source that the convolution will read, in order; the zero point must equal
 ///          basic_feature_view::zero of the source
@@ -11291,7 +11302,7 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
-    /// Raises mismatch for a plan of another kernel size, and for maps with a wrong number of pixels or channels.
+    /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
@@ -11530,7 +11541,7 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled; missing pixels count as zero
+/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled, with zeros at pixels without a parent
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);
@@ -11805,7 +11816,7 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
 /// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
 ///         the inputs of a segment, which the plan does not read
 ///
-/// Raises mismatch if the subset belongs to a graph with another number of pixels, or lacks one of these pixels.
+/// Raises mismatch if the subset belongs to a graph with a different number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(std::move(plan));
     detail::check_graph_of(inputs, parts.input_count);
@@ -11825,8 +11836,8 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
 ///
-/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with another number of pixels or lacks an
-/// output.
+/// Raises mismatch as renumber_inputs() does, and if `outputs` belongs to a graph with a different number of pixels or lacks an
+/// output of the plan.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     detail::plan_parts parts = detail::parts_of(renumber_inputs(std::move(plan), inputs));
     detail::check_graph_of(outputs, parts.output_count);
@@ -11881,7 +11892,7 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const level_
 /// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
@@ -11897,7 +11908,7 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
 /// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
 /// fine  values of type float or std::uint8_t
-/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of another size
+/// by    coarsened::map of the result of coarsen() for the graph of `fine`; raises mismatch for a graph of a different size
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const level_map& by, Executor&& threads = {}) {
     return detail::pool<Value>(
@@ -12004,7 +12015,7 @@ private:
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, region, kernel_size, 1).run();
@@ -12014,7 +12025,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 ///
-/// Raises invalid_option for another kernel size.
+/// Raises invalid_option for any other kernel size.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
     detail::check_kernel_size(kernel_size);
     return detail::region_planner(region, half, kernel_size, 2).run();
@@ -12044,7 +12055,7 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, with the name of the tensor, if it is missing or has another type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -12336,7 +12347,7 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
+    tensor_size input, output;  ///< sizes of the stored input, before `repeat` enlarges it, and of the result
     std::size_t input_channels = 0;
     std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
@@ -12374,7 +12385,7 @@ struct chain_stage {
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
-    /// Bytes of input rows copied with padding on both sides, which all dense convolutions except pointwise ones read.
+    /// Bytes of the stage's padded copies of input rows. Dense convolutions other than pointwise ones read these copies.
     std::size_t padded_bytes() const {
         const auto* d = std::get_if<dense_layer>(&layer->kind);
         return d == nullptr || d->is_pointwise() ? 0 : d->kernel * padded_row_bytes();
@@ -12669,7 +12680,7 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
-    bool overwrites_input = false;  ///< the result replaces the input in memory
+    bool overwrites_input = false;  ///< the result of a chain of several layers replaces the chain's input in memory
     std::size_t reach = 0;          ///< number of input rows on each side that a result row depends on; 0 unless overwrites_input
 };
 
@@ -12709,7 +12720,8 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`. The chain ends with an addition, which is the last reader of `tensor`.
+/// Sets `overwrites_input` and `reach` if the chain has several layers and `tensor` is its input. The chain ends with an
+/// addition, which is the last reader of `tensor` and overwrites it.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -12884,7 +12896,7 @@ public:
     ///
     /// input     H x W x input_channels(), in input_quantization()
     /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
-    ///           exception from it ends the run
+    ///           exception from the callback ends the run
     /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
@@ -13025,7 +13037,7 @@ private:
             // copied rows around the start of the strip
             std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }
 
-            /// Copies the rows around each cut, because one strip overwrites them while its neighbor still needs them.
+            /// Copies the rows around each cut between two strips, because one strip overwrites rows that the other still needs.
             void save_cuts() const {
                 const std::size_t row_bytes = step.chain.front().input_row_bytes();
                 for (std::size_t strip = 1; strip < strips; ++strip)
@@ -13049,7 +13061,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that the copies of two cuts do not overlap
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that no row is copied for two cuts
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -13558,7 +13570,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< per row: 0 if the input color, or the layer's whole window, is unknown, else 1; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row: 0 for an unknown color or a window without known values, else 1; empty: all 1
 
     /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
@@ -13636,9 +13648,9 @@ inline masked_color average_of(masked_color sum) noexcept {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. Averages the known colors among the colors
-/// `value(pixel)` of the window's pixels. Adds up every window column by column, in segments and irregular windows alike, so
-/// results do not depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. `value(pixel)` returns the color of a pixel; the
+/// average covers the known colors of the window. Adds up every window column by column, in segments and irregular windows
+/// alike, so results do not depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size() == 3);
@@ -13847,9 +13859,9 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Finally, colors the pixels that have no color on this or a coarser level. Such pixels exist where few links connect a
-    /// surface to the rest, because these links may be missing on coarser levels. Colors spread along links from colored pixels,
-    /// one link per pass: each pixel becomes the average of its colored neighbors.
+    /// Then colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where few links
+    /// connect a surface to the rest, because these links may be missing on coarser levels. Colors spread along links from
+    /// colored pixels, one link per pass: each pixel becomes the average of its colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
@@ -13869,8 +13881,8 @@ private:
         return twice;
     }
 
-    /// Gives a color to each pixel that has none on this or a coarser level. Includes pixels that the network does not read;
-    /// otherwise, colors would depend on which pixels it reads.
+    /// Colors each pixel that has a color neither on this level nor on a coarser one. Includes pixels that the network does not
+    /// read; otherwise, colors would depend on which pixels the network reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -13948,16 +13960,16 @@ class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
-    /// weights  for each stage I `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser level,
-    ///          followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
+    /// weights  for each stage I, `encoder.I.weight` (outputs x inputs x k x k) and `encoder.I.bias`, with batch normalization
+    ///          folded in; likewise `decoder.I.weight` and `decoder.I.bias`. A decoder stage reads the channels of the coarser
+    ///          level, followed by the input channels of its level's encoder stage. Int8 also requires `input.range`,
     ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
-    ///          before quantization. examples/training/farbrausch/export.py measures them
+    ///          before quantization, which examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
-    /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
-    /// weights that are not finite; unsupported for an architecture out of bounds.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape.
+    /// Raises invalid_data for weights that are not finite, and unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -14136,11 +14148,11 @@ public:
 
     /// Checks and packs the weights.
     ///
-    /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
-    ///          `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
+    /// weights  for each layer, `NAME.weight` (outputs x inputs x 3 x 3) and `NAME.bias`, with batch normalization folded in.
+    ///          Also `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
-    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
     /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
@@ -14420,8 +14432,8 @@ public:
     /// sizes   input sizes of disparity()
     ///
     /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
-    /// size, both sizes are multiples of 32, at most 4096, and sizes.details is positive. Raises unsupported if the scale of
-    /// the network's output exceeds 0.25.
+    /// height and width. Also raises mismatch unless sizes.details and sizes.layout are multiples of 32 and at most 4096, and
+    /// sizes.details is positive. Raises unsupported if the scale of the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -14750,7 +14762,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // Two pixels on each side always count, because smoothing may have moved the curve across them.
+        // Each surface is taken to extend over at least two pixels, because smoothing may have moved the curve by that much.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -14783,7 +14795,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were degraded like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were degraded to resemble a network's depth maps.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
     /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.
@@ -14968,7 +14980,7 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
 }
 
 // Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
-// third surfaces do not change.
+// other surfaces do not change.
 inline void change_sides(const traced_curve& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -15016,10 +15028,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch if the images differ in size, invalid_option if the uncertainty is not in [0, 256] or
-/// the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty.
-/// Memory is 10 bytes per pixel and 8 per pixel that a curve passes over. Each thread needs another 26 bytes times the
-/// uncertainty per pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, and invalid_option if the uncertainty is not in [0, 256] or the stiffness
+/// is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty. Memory is 10
+/// bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each
+/// pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -15088,8 +15100,8 @@ struct aligned_silhouettes {
 }}  // namespace ldi
 
 // ---- ldi/depth/level_dips.hpp
-// Levels dips of a depth map beside its steps. Depth networks often estimate the background too far in a narrow ring around an
-// object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
+// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring around
+// an object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
 //
 // Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
 // (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
@@ -15376,8 +15388,8 @@ private:
 /// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
 /// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
 /// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
-/// middle value, and does not change. Linear time, except for a binary search in a row per pixel of a small component; up to 60
-/// bytes per pixel.
+/// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
+/// components. Up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
@@ -15392,9 +15404,10 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/step_band.hpp
-// Finds the band of pixels beside the sharp steps of a disparity map. In this band, the silhouette network assigns pixels to the
-// front or the back. A step is described by a curve of pixels, each with a front and a back disparity. The band stores the
-// nearest curve pixel for each of its pixels. examples/training/silhouettes/README.md defines the same band for training.
+// Finds the pixels beside the sharp steps of a disparity map, for the silhouette network. The network reads the pixels of a
+// region, and assigns those of a narrower band to the front or the back. A step is described by a curve of pixels, each with a
+// front and a back disparity. step_band stores the nearest curve pixel for each pixel of the region.
+// examples/training/silhouettes/README.md defines the same band and region for training.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15437,9 +15450,9 @@ struct step_band {
 /// disparity  H x W x 1, finite
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. Of several nearest curve pixels, the leftmost one counts, or the upper one
-/// of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius rows and
-/// columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
+/// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
+/// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
+/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -15626,7 +15639,7 @@ struct bilinear_place {
     float share;  ///< weight of `second`
 };
 
-/// Returns the two map samples to interpolate between for each photo pixel along one axis. `samples` and `pixels` are the sizes
+/// For each photo pixel along one axis, returns the two map samples to interpolate between. `samples` and `pixels` are the sizes
 /// of map and photo along this axis. The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
@@ -15719,8 +15732,8 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that lie entirely in the band. A pixel keeps its disparity if it lies no farther than this share of the step
-    /// from the disparity of the pixel's side, toward the other side.
+    /// Applies to pixels that no disparity from outside the band reaches. Such a pixel keeps its own disparity if this deviates
+    /// from the disparity of the pixel's side, toward the other side, by at most this share of the step.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
     /// silhouette, and changes sides whatever its size.
@@ -15792,9 +15805,9 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside it. A pixel that these do not reach keeps its disparity, and
-    /// passes it on, if it is close to the disparity of the pixel's side. All remaining pixels get the front or back disparity of
-    /// the nearest curve pixel.
+    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its own
+    /// disparity if that is close to the disparity of the pixel's side. In a second pass, such pixels pass their disparities on.
+    /// All remaining pixels get the front or back disparity of the nearest curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -15892,15 +15905,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class Network>
 class network_decider {
 public:
-    /// network    nullptr selects aligned_silhouettes, for programs that let the user choose
+    /// network    nullptr selects aligned_silhouettes, so that a program can let its user choose between the two deciders
     /// alignment  options of aligned_silhouettes
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
     /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
     /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
-    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels
-    /// for any disparity.
+    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels,
+    /// whatever their disparities.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -16039,9 +16052,9 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an option outside its
-/// range. Linear time; 8 bytes per sample.
+/// mismatch unless the shape is H x W x 1; invalid_data if a value is not finite, an inverse depth is negative, all inverse
+/// depths except the clipped ones are 0, or the nearest surface is not between 1e-6 and 1e9 meters away; invalid_option for an
+/// option outside its range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -16054,8 +16067,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
-        raise(error_code::invalid_data, "disparity", "values above 0",
-              "no value above 0, except in the clipped_share of the values");
+        raise(error_code::invalid_data, "disparity", "values above 0", "no value above 0 outside the clipped_share");
     const double step = std::abs(highest) * options.relative_step;
     const double span = (std::max)(highest - lowest, step / options.max_step);
 
@@ -16119,12 +16131,13 @@ struct four_pixels {
     std::array<float*, wide> result{};
 };
 
-// Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
+// Returns the first pixel of a row or column that belongs to `sample` or to a later sample. A pixel belongs to the sample that
+// contains the pixel's left or upper edge.
 inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
     return (sample * pixel_count + sample_count - 1) / sample_count;
 }
 
-// Averages, for each sample of the map, the colors of the photo's pixels whose centers lie in the sample.
+// Averages, for each sample of the map, the colors of the photo's pixels that belong to the sample (first_pixel()).
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<std::size_t> first_column(columns + 1);
@@ -16181,7 +16194,7 @@ inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule s
     return result;
 }
 
-// Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
+// Resamples a map that is coarser than the photo. All pixels that belong to one sample use the same window.
 class upsampler {
 public:
     upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
@@ -16196,7 +16209,7 @@ public:
           spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
           color_falloff_(0.5F / (options.color_sigma * options.color_sigma)) {}
 
-    // Sets the pixels nearest to the samples of rows [first, last).
+    // Sets the pixels that belong to the samples of rows [first, last).
     void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
         interpolate(first_row(first), first_row(last), result);
         window around;
@@ -16370,7 +16383,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were tuned on true depth maps that were blurred like those of a network.
+/// The defaults were tuned on ground-truth depth maps that were blurred to resemble a network's depth maps.
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
@@ -16417,8 +16430,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, because the outermost samples of a
-// network's depth map are unreliable. Extends edges from farther inside to the border.
+// Marks with 1 the samples within `radius` of edges. Ignores edges within 2 * `radius` samples of the border, because a network's
+// depth map is unreliable there. Samples in this margin copy the mark of the nearest sample farther inside.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
@@ -16482,8 +16495,8 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 ///
-/// Raises invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
-/// sample.
+/// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
+/// Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
@@ -16533,8 +16546,8 @@ struct comparator {
     unsigned char low, high;
 };
 
-// A sorting network. merge() is Batcher's odd-even merge of two sorted lists, given by the positions of their elements: it
-// appends comparators and returns the merged order.
+// A sorting network. merge() implements Batcher's odd-even merge: it accepts the positions of the elements of two sorted lists,
+// appends comparators to the network, and returns the positions in merged order.
 template <std::size_t Capacity>
 struct network {
     std::array<comparator, Capacity> comparators{};
@@ -16776,7 +16789,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, including on curves in front of the background; for comparison with `midground`
+    all,        ///< every end inside the photo, even if the curve is in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
@@ -16891,8 +16904,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// Raises invalid_option for a density outside [0, 2].
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
-/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. Even at a curve's
-/// end, the step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
+/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained: even there, the
+/// disparity step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
 /// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
@@ -17189,10 +17202,11 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Whether no surface can grow any further. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
+    /// Whether no surface can grow any further.
     bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
 
-    /// Approximate number of iterations until growth is finished. Surfaces that recede behind the front need more.
+    /// Approximate number of iterations until growth is finished. Growth in four directions needs up to sqrt(2) iterations per
+    /// pixel of distance. Surfaces that recede behind the front need more.
     int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -17597,8 +17611,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 /// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
-/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold that is not 0 or
-/// more; invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold below 0 or NaN;
+/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
@@ -17645,6 +17659,7 @@ public:
     }
 
 private:
+    // All of these limits were tuned by experiment.
     static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
     static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
@@ -17689,8 +17704,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/border_lines.hpp
-// Measures the slopes of lines at a photo's border, and selects the photo's pixels whose colors its surfaces repeat past the
-// border (occlusion/past_frame.hpp).
+// Measures the slopes of lines at a photo's border, and selects the pixels whose colors are repeated where surfaces continue past
+// the border (occlusion/past_frame.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17729,10 +17744,10 @@ public:
         return result;
     }
 
-    /// Appends the sources of the rim's pixels at the border pixel `start`, from the innermost outward, then the sources of the
-    /// `count` pixels past the border. The source of a pixel is the pixel whose color it gets. The path of the sources mirrors
-    /// the photo: it leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns
-    /// the number of rim pixels, or 0 if the surface ends within the rim.
+    /// Appends the source of each rim pixel in line with the border pixel `start`, from the innermost outward, then the source of
+    /// each of the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path
+    /// leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of
+    /// rim pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -17754,6 +17769,7 @@ public:
     }
 
 private:
+    // These sizes, and the weights and the limit in slope(), were tuned by experiment.
     static constexpr int depth = 24;              // number of pixels measured inward from the border or the rim
     static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
@@ -17761,8 +17777,8 @@ private:
     struct sums {
         float inward_along = 0, along_along = 0, inward_inward = 0;
 
-        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize it toward 0,
-        /// because lines nearly parallel to the border and noise make it unreliable.
+        /// Returns the slope m that minimizes the sum of (inward + m along)^2. Two terms in `squares` regularize m toward 0,
+        /// because m is unreliable for noise and for lines nearly parallel to the border.
         float slope() const {
             const float squares = along_along + 0.1F * inward_inward + nearest_float(20 * depth);
             return std::clamp(-inward_along / squares, -1.5F, 1.5F);
@@ -17940,8 +17956,9 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// continues past it. Then each pixel of the first and the last row, old or new, continues upward or downward.
+/// Lays out old and new pixels in canonical order, row by row from the top. Each run that reaches the left or the right border
+/// continues past it. Each pixel of the first row continues upward, and each pixel of the last row downward. This includes the
+/// new pixels of these rows, so the corners are filled.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -18017,7 +18034,7 @@ public:
     struct repainted_pixel {
         std::int32_t pixel, source;
     };
-    /// Returns the pixels of rims, in the order in which the caller has to repaint them.
+    /// Returns the pixels of rims, in the order in which the caller must repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
     /// Returns the pixels that run() added.
     const frame_pixels& pixels() const { return pixels_; }
@@ -18028,8 +18045,8 @@ private:
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. `source` is that old pixel, or the old pixel that the new pixel shows. `border` is the border pixel whose disparity
-    /// the column gets.
+    /// row. If that pixel is old, it is also `source`; if it is new, `source` is the old pixel that it shows. `border` is the
+    /// border pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -18196,14 +18213,14 @@ private:
 // Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
 // the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
 //
-// The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
+// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces there keep
 // their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
 // and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
 // the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
 // continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
-// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
-// process a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
+// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
+// the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18268,7 +18285,7 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, mismatch if `facts` has a margin or if the camera and the lattice differ in
+/// invalid_option for a motion below 0 or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ in
 /// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
 /// are empty. Linear time.
 template <payload_column... Columns>
@@ -18384,8 +18401,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on the unknown
-///                 pixel's side `side`
+/// value           value(pixel, side) returns the channels of the known pixel `pixel`, an unknown pixel's neighbor on side `side`
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
@@ -18525,8 +18541,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: farther than lens and JPEG blur
-    // a silhouette, but less than the width of small objects. Tuned by experiment.
+    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: beyond the blur that lens and
+    // JPEG cause at silhouettes, but less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -18615,7 +18631,7 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel on a silhouette, and unmixed colors of the surfaces in front and behind.
+/// A pixel side that lies on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
     side toward_front;         ///< direction from `back` to `front`
@@ -18684,13 +18700,13 @@ private:
         }
     }
 
-    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band, or on a surface
-    /// narrower than the band, to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps
-    /// from a silhouette, where colors are mixed.
+    /// Samples the color of one surface: walks away from the silhouette to the first pixel beyond the band. On a surface narrower
+    /// than the band, walks to the pixel farthest from all silhouettes. Returns false if that pixel is less than two steps from a
+    /// silhouette, where colors are mixed.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette, no neighbor may be farther from it than the pixel. The walk then goes straight on.
+        // At a corner of the silhouette, a pixel may have no neighbor that is farther away. The walk then continues straight.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {
@@ -18763,7 +18779,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast. At half the contrast, the color is not a mixture of the two.
+    // Grain alone causes errors of a tenth of the contrast. If the error is half the contrast, no mixture explains the color.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
@@ -18802,8 +18818,8 @@ public:
     }
 
 private:
-    /// A pixel uses the color samples at its own nearest silhouette side, and at the nearest sides of four other pixels. These
-    /// are this many pixels away along its row and column.
+    /// Distance in pixels to four other pixels, along the row and the column. A pixel uses the color samples at its own nearest
+    /// silhouette side, and at the nearest sides of these four.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -19172,7 +19188,7 @@ void count_steps(texture_cells& cells, IsLinked&& is_linked) {
 /// Selects and numbers the cells.
 ///
 /// g       in canonical order
-/// reach   maximum steps from an unknown pixel to a source
+/// reach   maximum steps from a source to the nearest unknown pixel
 /// margin  width of the margin around sources; reach + margin must be less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
@@ -19209,8 +19225,9 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/texture_looks.hpp
-// Color features of texture cells: their high frequencies, and their blurred surroundings. The blur is a 3 x 3 binomial filter
-// over links, applied four times. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// Color features of texture cells: high frequencies, and blurred surroundings. The blur is a 3 x 3 binomial filter over links.
+// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. Sums
+// remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -19378,7 +19395,7 @@ private:
     // One in `search_interval` cells also samples random sources. Good sources then propagate to its neighbors.
     static constexpr std::uint32_t search_interval = 32;
 
-    /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
+    /// Finds the known cell nearest to each unknown cell along links, or no_pixel. The search samples candidates around it.
     void find_nearest_known() {
         nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         buffer<std::int32_t> wave, further;
@@ -19477,7 +19494,7 @@ struct texture_options {
     /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
     /// gradually. With a large limit, edges are copied, too.
     float crest = 4.0F;
-    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources, 1 to 200.
+    /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps over links, 1 to 200.
     int reach = 32;
     /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
     /// value and twice this value, texture fades to grain.
@@ -19607,8 +19624,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if `from` and
-/// `to` look alike.
+/// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
+/// 1. Returns 0 if `from` and `to` look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = mixed_color_options{}.contrast;
     float along = 0, squared = 0;
@@ -19660,9 +19677,10 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
-/// contains more than an eighth of a distinguishable foreground stay inpainted. This share is measured on the line from the
-/// inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. A pixel stays inpainted if
+/// its foreground is distinguishable and makes up more than an eighth of the pixel's own color. This share is measured on the
+/// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
+/// experiment.)
 ///
 /// layers  on the photo's lattice
 /// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
@@ -20084,8 +20102,9 @@ private:
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
-// Pixels that constraints 1 and 3 may keep out of a chart join it last, ordered by depth, nearest first. The surface that the
-// photo shows then stays in one piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
+// Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
+// pixels. Contested pixels join a chart after all others, nearest first. The surface that the photo shows then stays in one
+// piece, and only the surfaces behind it are divided. (In plain breadth-first order, the
 // background's hidden part would reach the end of a silhouette before the front surface, and cut a piece out of the front
 // surface.)
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
@@ -20213,6 +20232,16 @@ private:
 
 namespace detail {
 
+/// Raises invalid_data for a rectangle without area, and too_large for one that is larger than a sheet.
+inline void check_rectangle(rectangle_size size, std::int32_t max_side, const char* where) {
+    if (size.width < 1 || size.height < 1)
+        raise(error_code::invalid_data, where, "rectangles of at least 1 x 1",
+              std::to_string(size.width) + " x " + std::to_string(size.height));
+    if (size.width > max_side || size.height > max_side)
+        raise(error_code::too_large, where, "rectangles with sides of at most " + std::to_string(max_side),
+              std::to_string(size.width) + " x " + std::to_string(size.height));
+}
+
 /// Returns the indices of the rectangles by descending longer side, shorter side and width, and then in the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
@@ -20241,13 +20270,14 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 }  // namespace detail
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets with aspect ratios from about 1:2 to 2:1 and keeps
-/// the smallest sheet. Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
+/// the smallest sheet. Raises invalid_data for a rectangle without area, and too_large if no sheet up to max_side x max_side, in
+/// the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
     std::int64_t area = 0;
     for (const rectangle_size& s : sizes) {
-        LDI_ASSERT(s.width > 0 && s.height > 0);
+        detail::check_rectangle(s, max_side, "pack");
         largest = {(std::max)(largest.width, s.width), (std::max)(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
     }
@@ -20297,17 +20327,15 @@ struct sheet_packing {
 };
 
 /// Packs all rectangles, each at least 1 x 1, on sheets of up to max_side x max_side. Starts with the largest, and places each on
-/// the first sheet with enough room. Raises too_large for a rectangle that is larger than a sheet.
+/// the first sheet with enough room. Raises invalid_data for a rectangle without area, and too_large for one that is larger than
+/// a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
     buffer<packing_tree> trees;
     for (const std::size_t i : detail::packing_order(sizes)) {
         const rectangle_size size = sizes[i];
-        LDI_ASSERT(size.width > 0 && size.height > 0);
-        if (size.width > max_side || size.height > max_side)
-            raise(error_code::too_large, "pack_on_sheets", "rectangles with sides of at most " + std::to_string(max_side),
-                  std::to_string(size.width) + " x " + std::to_string(size.height));
+        detail::check_rectangle(size, max_side, "pack_on_sheets");
         std::size_t sheet = 0;
         while (sheet < trees.size() && !trees[sheet].insert(size, packed.corners[i])) ++sheet;
         if (sheet == trees.size()) {
@@ -20352,8 +20380,10 @@ struct atlas_rectangle {
     std::int32_t x = 0, y = 0, width = 0, height = 0;
 };
 
+inline constexpr std::int32_t max_filter_padding = 1024;
+
 struct padding_options {
-    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns
+    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
 };
 
@@ -20425,7 +20455,7 @@ private:
     /// Raises mismatch for the first pixel of a run whose texel already belongs to another pixel.
     [[noreturn]] void refuse_overlap(std::int32_t pixel, std::ptrdiff_t texel) const {
         for (; kind_[texel] == texel_kind::empty; ++texel) ++pixel;
-        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel at a position",
+        raise(error_code::mismatch, "make_atlas", "charts with at most one pixel per position",
               "a chart with pixel " + std::to_string(pixel) + " and an earlier one at (" + std::to_string(graph_.x()[pixel]) +
                   ", " + std::to_string(graph_.y()[pixel]) + ")");
     }
@@ -20564,6 +20594,8 @@ struct texture_atlas {
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
     float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
+    /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh get their colors from it.
+    std::int32_t filter_padding = padding_options{}.filter_padding;
 };
 
 namespace detail {
@@ -20589,7 +20621,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding below 1, mismatch for
+/// only affects `kind`. Raises too_large if the charts do not fit, invalid_option for a filter padding out of range, mismatch for
 /// charts of another image or with two pixels at one position. Time is linear in pixels and texels, except for packing, whose
 /// time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32 bytes per pixel and
 /// per texel.
@@ -20597,10 +20629,14 @@ template <has_columns<color_column, disparity_column, known_column> Layers, exec
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
-    if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+    if (padding < 1 || padding > max_filter_padding)
+        raise(error_code::invalid_option, "filter_padding", "1 to " + std::to_string(max_filter_padding),
+              std::to_string(padding));
     check_charts(charts, layers.topology(), "make_atlas");
 
-    const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
+    const auto blocks = [&](std::int32_t length) {
+        return static_cast<std::int32_t>((std::int64_t{length} + 2 * padding + macroblock_side - 1) / macroblock_side);
+    };
     buffer<rectangle_size> sizes;
     sizes.reserve(charts.charts.size());
     std::int64_t area = 0;  // in macroblocks
@@ -20618,6 +20654,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const packing packed = pack(sizes, max_blocks);
 
     texture_atlas atlas;
+    atlas.filter_padding = padding;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
     atlas.color = image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
@@ -20950,8 +20987,8 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
         raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
               "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
-                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") of " + std::to_string(atlas.kind.width()) +
-                  " x " + std::to_string(atlas.kind.height()));
+                  std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") in an atlas of " +
+                  std::to_string(atlas.kind.width()) + " x " + std::to_string(atlas.kind.height()));
 }
 
 }  // namespace detail
@@ -21289,9 +21326,11 @@ struct chart_outlines {
 
 /// Traces the outlines of all charts.
 ///
-/// g          in canonical order (raises mismatch if not)
+/// g          in canonical order
 /// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
+///
+/// Raises mismatch if the pixels are not in canonical order, or if the arguments don't fit together.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
@@ -21508,7 +21547,10 @@ private:
 }  // namespace detail
 
 inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
-    LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
+    if (disparity.size() != g.size())
+        raise(error_code::mismatch, "trace_outlines", std::to_string(g.size()) + " disparities",
+              std::to_string(disparity.size()));
+    check_charts(charts, g, "trace_outlines");
     chart_outlines result;
     result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
     result.boundary_pixels = detail::pixels_with_boundary(result.boundary_sides);
@@ -21627,7 +21669,7 @@ struct simplify_options {
     float texture_tolerance = 0.5F;
 };
 
-/// An edge of the simplified boundary: from the kept corner number `index` of a piece to the next kept corner.
+/// An edge of the simplified boundary: from the kept corner with index `index` of a piece to the next kept corner.
 struct boundary_edge {
     std::int32_t piece, index;
     friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
@@ -21807,53 +21849,23 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 
 }}  // namespace ldi
 
-// ---- ldi/mesh/detail/outline_clearance.hpp
-// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
-// outline.
+// ---- ldi/mesh/detail/mesh_checks.hpp
+// Checks of the inputs that several public functions of the mesh share.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
-/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
-class outline_clearance {
-public:
-    /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
-    /// clearance  in pixels, 1 to 64
-    outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
-        : g_(g), sides_(sides), clearance_(clearance) {}
+inline bool is_positive(float value) { return value > 0 && std::isfinite(value); }
 
-    /// Whether the chart ends above any pixel of the row within the clearance.
-    bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
+inline void check_range(const depth_range& range, const char* where) {
+    if (!is_positive(range.z_near) || !is_positive(range.z_far) || range.z_near > range.z_far)
+        raise(error_code::invalid_option, where, "finite distances with 0 < z_near <= z_far",
+              to_text(range.z_near) + " and " + to_text(range.z_far));
+}
 
-    /// Whether all rows within the clearance belong to the chart, from the row of `pixel` toward side `s` (0 up, 2 down).
-    bool is_clear(std::int32_t pixel, int s) const {
-        for (std::int32_t row = 1;; ++row) {
-            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
-            for (std::int32_t i = first; i < last; ++i)
-                if ((sides_[i] & side_bit(1)) != 0) return false;
-            if (row == clearance_) return true;
-            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
-            pixel = (s == 0 ? g_.up() : g_.down())[pixel];
-        }
-    }
-
-private:
-    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
-    std::uint8_t sides_around(std::int32_t pixel) const {
-        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
-        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
-        std::uint64_t eight = 0, all = 0;
-        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
-        for (const int half : {32, 16, 8}) all |= all >> half;
-        std::uint8_t around = all & 0xFF;
-        for (; at != end; ++at) around |= *at;
-        return around;
-    }
-
-    graph_view g_;
-    const buffer<std::uint8_t>& sides_;
-    std::int32_t clearance_;
-};
+inline void check_disparities(array_view<const float> disparity, const char* where) {
+    for (const float d : disparity)
+        if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
+}
 
 }}}  // namespace ldi::detail
 
@@ -21930,16 +21942,59 @@ private:
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/mesh/studs.hpp
-// Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
-//
-// As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
-// edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
-// with even spacing the error is several times as large for the same number of triangles. Second, extra vertices between
-// the studs mark bends of disparity along evenly spaced rows. Without them, everything upright and narrower than the distance
-// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
-// the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
-// outline, so outlines need no extra vertices.
+// ---- ldi/mesh/detail/outline_clearance.hpp
+// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
+// outline.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
+/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
+class outline_clearance {
+public:
+    /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
+    /// clearance  in pixels, 1 to 64
+    outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
+        : g_(g), sides_(sides), clearance_(clearance) {}
+
+    /// Whether the chart ends above any pixel of the row within the clearance.
+    bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
+
+    /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
+    /// down). Each row extends by the clearance to the left and right of the pixel's left side.
+    bool is_clear(std::int32_t pixel, int s) const {
+        for (std::int32_t row = 1;; ++row) {
+            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
+            for (std::int32_t i = first; i < last; ++i)
+                if ((sides_[i] & side_bit(1)) != 0) return false;
+            if (row == clearance_) return true;
+            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
+            pixel = (s == 0 ? g_.up() : g_.down())[pixel];
+        }
+    }
+
+private:
+    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
+    std::uint8_t sides_around(std::int32_t pixel) const {
+        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
+        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
+        std::uint64_t eight = 0, all = 0;
+        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
+        for (const int half : {32, 16, 8}) all |= all >> half;
+        std::uint8_t around = all & 0xFF;
+        for (; at != end; ++at) around |= *at;
+        return around;
+    }
+
+    graph_view g_;
+    const buffer<std::uint8_t>& sides_;
+    std::int32_t clearance_;
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/mesh/stud_set.hpp
+// Studs of charts (mesh/studs.hpp), and the options for placing them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -21964,17 +22019,12 @@ struct stud_set {
     buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
-/// Places the studs of all charts. Raises invalid_option.
-///
-/// layers    in canonical order
-/// range     distances at disparity 1 and 0
-/// charts    a partition of the pixels (make_charts)
-/// outlines  outlines of these charts (trace_outlines)
-template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
-                    const stud_options& options = {});
+}}  // namespace ldi
 
-namespace detail {
+// ---- ldi/mesh/detail/stud_sampler.hpp
+// Samples disparity along the lines on which studs lie, and finds the single vertices between them (mesh/studs.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Reads disparity along studs and rows in one pass over the rows of charts, in memory order.
 class stud_sampler {
@@ -22050,7 +22100,8 @@ private:
         for (std::int32_t i = 0; i + reach < c.pixels.count(); i += stride) {
             const std::int32_t a = c.pixels[i], b = c.pixels[i + reach];
             if (b != a + reach || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
-            shifts_.push_back(range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]));
+            const float shift = range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]);
+            if (!std::isnan(shift)) shifts_.push_back(shift);  // NaN if both inverse depths are 0, at negative disparities
         }
         if (shifts_.empty()) return options_.spacing;
         float* const rank = shifts_.begin() + shifts_.size() * 9 / 10;
@@ -22102,6 +22153,13 @@ private:
     buffer<float> profile_, shifts_;
     bend_finder find_bends_;
 };
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/mesh/detail/stud_placer.hpp
+// Places the studs of charts at the bends of sampled disparity (mesh/studs.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Converts samples to studs, chart by chart.
 class stud_placer {
@@ -22186,29 +22244,64 @@ private:
     bend_finder find_bends_;
 };
 
-}  // namespace detail
-
-template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
-                    const stud_options& options) {
+/// Places the studs of all charts. Checks only the options; the other arguments must fit together.
+inline stud_set place_studs(const graph_view& g, array_view<const float> disparity, const depth_range& range,
+                            const chart_set& charts, const chart_outlines& outlines, const stud_options& options) {
     if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0) ||
         !(options.texture_tolerance > 0))
         raise(error_code::invalid_option, "stud_options",
               "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0, texture_tolerance > 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
-                  detail::to_text(options.disparity_tolerance) + ", " + detail::to_text(options.texture_tolerance));
-    detail::stud_sampler sampler(layers.topology(), layers.template column<disparity_column>(), outlines, options);
+                  to_text(options.disparity_tolerance) + ", " + to_text(options.texture_tolerance));
+    stud_sampler sampler(g, disparity, outlines, options);
     sampler.sample(charts, range);
     stable_sort(sampler.singles, [](const auto& a, const auto& b) { return a.chart < b.chart; });
-    detail::stud_placer placer(sampler, options, range);
-    const detail::stud_sampler::single* first = sampler.singles.begin();
+    stud_placer placer(sampler, options, range);
+    const stud_sampler::single* first = sampler.singles.begin();
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
-        const detail::stud_sampler::single* last = first;
+        const stud_sampler::single* last = first;
         while (last != sampler.singles.end() && last->chart == c) ++last;
         placer.place(charts.charts[c], sampler.charts[c], {first, last});
         first = last;
     }
     return placer.finish();
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/mesh/studs.hpp
+// Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
+//
+// As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
+// edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
+// with even spacing the error is several times as large for the same number of triangles. Second, extra vertices between
+// the studs mark bends of disparity along evenly spaced rows. Without them, everything upright and narrower than the distance
+// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
+// the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
+// outline, so outlines need no extra vertices.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Places the studs of all charts.
+///
+/// layers    in canonical order, with finite disparities
+/// range     distances at disparity 1 and 0
+/// charts    a partition of the pixels (make_charts)
+/// outlines  outlines of these charts (trace_outlines)
+///
+/// Raises invalid_option, mismatch if the arguments don't fit together, and invalid_data for disparities that are not finite.
+template <has_columns<disparity_column> Layers>
+stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
+                    const stud_options& options = {}) {
+    const graph_view g = layers.topology();
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    check_charts(charts, g, "make_studs");
+    detail::check_range(range, "make_studs");
+    detail::check_disparities(disparity, "make_studs");
+    if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||
+        outlines.boundary_pixels != detail::pixels_with_boundary(outlines.boundary_sides))
+        raise(error_code::mismatch, "make_studs", "outlines of these charts", "other outlines");
+    return detail::place_studs(g, disparity, range, charts, outlines, options);
 }
 
 }}  // namespace ldi
@@ -22277,8 +22370,8 @@ class crossing_finder {
 public:
     /// Reports three kinds of faults. collision(v, w): the edges v -> next[v] and w -> next[w] meet at a point that is not an end
     /// of both. overlap(v, w): v and w lie at one point, and the interiors at both vertices overlap. spike(v): the outline
-    /// doubles back at v, or has an edge of length 0 there. Two edges may coincide in opposite directions, as along a slit. May
-    /// report a fault more than once.
+    /// doubles back at v, or has an edge of length 0 there. Two edges that coincide in opposite directions, as along a slit, are
+    /// not a fault. A fault may be reported more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -22295,8 +22388,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that no two of the
-    /// remaining edges meet.
+    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that there are
+    /// no faults between the other edges.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -22405,29 +22498,26 @@ private:
     }
     visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
 
-    static std::int64_t cross(lattice_point center, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
-    }
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
     /// Whether the direction from v.at to p points into the interior at v, not along its edges.
     static bool inside(const visit& v, lattice_point p) {
-        const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
+        const std::int64_t whole = turn(v.at, v.to, v.from), a = turn(v.at, v.to, p), b = turn(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
         if (whole < 0) return !(a <= 0 && b <= 0);
         if (dot(v.at, v.to, v.from) < 0) return a > 0;
         return a != 0 || dot(v.at, v.to, p) < 0;
     }
     static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
-        return cross(center, p, q) == 0 && dot(center, p, q) > 0;
+        return turn(center, p, q) == 0 && dot(center, p, q) > 0;
     }
     static bool overlap(const visit& v, const visit& w) {
         return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
     }
 
     static int side(const edge& e, lattice_point p) {
-        const std::int64_t t = std::int64_t{e.b.x - e.a.x} * (p.y - e.a.y) - std::int64_t{e.b.y - e.a.y} * (p.x - e.a.x);
+        const std::int64_t t = turn(e.a, e.b, p);
         return t < 0 ? -1 : t > 0 ? 1 : 0;
     }
     static bool in_box(const edge& e, lattice_point p) {
@@ -22525,6 +22615,29 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 
 }}  // namespace ldi
 
+// ---- ldi/mesh/mesh_options.hpp
+// Options of build_mesh() and of its parts.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Options of soft edges (mesh/detail/soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in
+/// pixels, 0 to 64. build_mesh() reduces them to what the atlas's padding can color: (filter_padding + 0.5) / 1.5.
+struct soft_edge_options {
+    float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
+    float max_width = 3.0F;  ///< maximum width, used where the matte extends far
+    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
+    /// silhouette edges, only the edges with the largest steps in disparity have a strip. Infinity means no limit.
+    float max_share = 0.08F;
+};
+
+struct mesh_options {
+    simplify_options outlines;
+    stud_options studs;
+    soft_edge_options soft_edges;
+};
+
+}}  // namespace ldi
+
 // ---- ldi/mesh/detail/waiting_chains.hpp
 // Chains of vertices that wait for their triangles while the sweep (triangulate.hpp) moves down (de Berg et al., Computational
 // Geometry, chapter 3). Each monotone part of a polygon has one chain. When a vertex is added at either end, all triangles that
@@ -22539,7 +22652,8 @@ struct waiting_chain {
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// Nodes of all chains, and the triangles cut off from them. Keep an object to reuse its memory.
+/// Stores the vertices and links of all chains, and adds the triangles that it cuts off to the caller's triangulation. Keep an
+/// object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
@@ -22669,9 +22783,9 @@ struct polygon_conflict {
 /// Triangulates polygons. Keep an object to reuse its memory.
 class triangulator {
 public:
-    /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
-    /// degenerate. Returns the conflict if the polygon crosses itself, or touches itself where it must not; `result` is then
-    /// invalid.
+    /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
+    /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
+    /// conflict; `result` is then invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -22907,22 +23021,6 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Options of soft edges (mesh/detail/soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in
-/// pixels.
-struct soft_edge_options {
-    float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
-    float max_width = 3.0F;  ///< maximum width, used where the matte extends far; keep it below the padding of the atlas
-    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
-    /// silhouette edges, only the edges with the largest steps in disparity have a strip.
-    float max_share = 0.08F;
-};
-
-struct mesh_options {
-    simplify_options outlines;
-    stud_options studs;
-    soft_edge_options soft_edges;
-};
-
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
     buffer<std::int32_t> outline;        ///< outline vertices, loop by loop: indices in chart_outlines::corners
@@ -22947,8 +23045,9 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option; mismatch if the pixels are not in canonical order or a chart has two pixels at one position; and
-/// too_large for a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if the charts are not a partition of the pixels, if the pixels are not in canonical order or
+/// if a chart has two pixels at one position; invalid_data for disparities that are not finite; and too_large for a bounding box
+/// above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -23000,7 +23099,7 @@ public:
             // If none of these edges can be split, the cause lies elsewhere in the chart, so split all edges of its outline.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
-                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
+                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel per position",
                       "chart " + std::to_string(c) + ", whose outline crosses itself");
             return;
         }
@@ -23014,7 +23113,7 @@ public:
     }
 
 private:
-    /// Requests a split of both edges for each crossing that is found.
+    /// Requests splits of the edges that take part in a crossing.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;
@@ -23154,9 +23253,12 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
             raise(error_code::too_large, "build_mesh",
                   "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
                   std::to_string(c.width) + " x " + std::to_string(c.height));
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    detail::check_range(range, "depth_range");
+    detail::check_disparities(disparity, "build_mesh");
     flat_mesh flat;
-    flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
-    flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);
+    flat.outlines = trace_outlines(layers.topology(), disparity, charts);
+    flat.studs = detail::place_studs(layers.topology(), disparity, range, charts, flat.outlines, options.studs);
     flat.charts.resize(charts.charts.size());
     simplified_boundary boundary(flat.outlines, options.outlines, range);
     detail::outline_repair(flat, boundary, charts, threads).triangulate_all();
@@ -23173,10 +23275,10 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/hems.hpp
-// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at a hidden surface
-// of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp), and at the photo's surface if it reaches the
-// free end of a silhouette. The outlines of both surfaces are simplified independently and lie at different depths. Without a
-// hem, a moving camera would see a gap between them.
+// Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at another hidden
+// surface of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp). At the free end of a silhouette
+// (core/trace_curves.hpp), it ends at the photo's surface. The outlines of the two surfaces are simplified independently and lie
+// at different depths. Without a hem, a moving camera would see a gap between them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23193,11 +23295,12 @@ class hem_finder {
 public:
     /// disparity  K values, one per pixel of `g`
     /// visible    H x W x 1: the largest disparity at each position; negative infinity where there is no surface
+    /// max_width  maximum width of a hem in pixels: the padding of the atlas, which is the texture of hems
     hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
-               const photo_facts& facts)
+               const photo_facts& facts, std::int32_t max_width)
         : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
         parallax_ = max_parallax(facts.camera.width, facts.camera.height, facts.motion);
-        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
+        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), nearest_float(max_width));
     }
 
     /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all are.
@@ -23214,12 +23317,9 @@ public:
 
 private:
     /// Maximum difference in disparity between a hem and the nearer surface in front of it, as a multiple of
-    /// surface_rule::max_step. A camera sees past a hem if the parallax of this difference exceeds the hem's width, so narrow
-    /// hems lie closer to the nearer surface.
+    /// surface_rule::max_step; tuned by experiment. A camera sees past a hem if the parallax of this difference exceeds the hem's
+    /// width, so narrow hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
-    /// Maximum width in pixels. The texture of a hem is the chart's padding in the atlas, so a hem is no wider than the default
-    /// padding.
-    static constexpr float max_width = static_cast<float>(padding_options{}.filter_padding);
     static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
                   mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
     /// Distances from an edge at which is_hidden() compares disparities, in pixels; positive distances lie outside the chart.
@@ -23257,7 +23357,8 @@ private:
             const plane_vector after = normal_after(i < last ? i : is_closed ? first : last - 1);
             const plane_vector before = normal_after(i > first ? i - 1 : is_closed ? last - 1 : first);
             plane_vector normal = before + after;
-            if (normal.length() < 0.5F) normal = before;  // a spike: its edges run in almost opposite directions
+            // Edges that double back within 29 degrees (2 asin(0.5 / 2)) form a spike, whose mean normal is unreliable.
+            if (normal.length() < 0.5F) normal = before;
             const float length = normal.length();
             if (!(length > 0)) continue;
             // Several surfaces may share the end corners of an open piece, so start half a pixel along the edge.
@@ -23271,7 +23372,7 @@ private:
     }
 
     /// Whether a nearer surface is visible at an end. Checks both sides of the edge, because simplified outlines may be off by a
-    /// pixel.
+    /// pixel. A surface counts as nearer if it lies half a step in front of the end; this share was tuned by experiment.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -23360,6 +23461,39 @@ private:
 
 }}}  // namespace ldi::detail
 
+// ---- ldi/mesh/detail/visible_surfaces.hpp
+// The surfaces that the photo's camera sees, which hide others and lie beside silhouettes.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
+struct visible_surfaces {
+    static constexpr float nothing = -std::numeric_limits<float>::infinity();
+    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
+    image<std::uint8_t> matte;  ///< H x W x 1
+};
+
+/// Collects the disparity of the nearest surface at each position, and its matte if there is a matte column.
+template <has_columns<disparity_column> Layers>
+visible_surfaces find_visible(const Layers& layers) {
+    constexpr bool has_matte = has_column<Layers, matte_column>;
+    const auto& g = layers.topology();
+    const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
+    visible_surfaces seen{image<float>(rows, columns, 1),
+                          has_matte ? image<std::uint8_t>(rows, columns, 1) : image<std::uint8_t>()};
+    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
+    const auto disparity = layers.template column<disparity_column>();
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const std::size_t position = g.position_of(i);
+        if (disparity[i] <= seen.disparity.data()[position]) continue;
+        seen.disparity.data()[position] = disparity[i];
+        if constexpr (has_matte) seen.matte.data()[position] = layers.template column<matte_column>()[i];
+    }
+    return seen;
+}
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/mesh/textured_mesh.hpp
 // The mesh of a 3D photo, with one or several textures.
 
@@ -23381,16 +23515,23 @@ struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
+/// A vertex at the outer end of a hem, and the outline vertex at its inner end. A hem is a strip that extends a hidden surface
+/// behind a nearer one (build_mesh).
+struct hem_vertex {
+    std::uint32_t outer, inner;
+};
+
 /// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
     buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex (at `inner` for a hem)
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
     /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
     buffer<mesh_part> parts = {};
+    buffer<hem_vertex> hem_vertices = {};  ///< all vertices at outer ends of hems
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
@@ -23428,6 +23569,14 @@ void check_triangles(const Mesh& mesh) {
                           (values == &mesh.positions ? "positions" : "texture_coordinates"));
 }
 
+/// Raises invalid_data for hems between vertices that the mesh lacks.
+inline void check_hems(const textured_mesh& mesh) {
+    for (const hem_vertex& h : mesh.hem_vertices)
+        if ((std::max)(h.outer, h.inner) >= mesh.vertex_count())
+            raise(error_code::invalid_data, "mesh", "hems between vertices below " + std::to_string(mesh.vertex_count()),
+                  std::to_string(h.inner) + " and " + std::to_string(h.outer));
+}
+
 }  // namespace detail
 
 /// Checks a mesh, for example after the caller changed it. Writers and renderers call this function, too. Raises mismatch unless
@@ -23439,6 +23588,7 @@ void check_triangles(const Mesh& mesh) {
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     detail::check_triangles(mesh);
     detail::check_triangles(mesh.soft_edges);
+    detail::check_hems(mesh);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
@@ -23461,18 +23611,23 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 // ---- ldi/mesh/detail/soft_edges.hpp
 // Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
 // of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
-// continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
-// (inpaint/mixed_colors.hpp computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered
+// continues the surface. Where the photo's foreground colors extend farther, as with hair, the matte
+// (inpaint/mixed_colors.hpp) makes the strip wider. Zitnick et al., High-Quality Video View Interpolation Using a Layered
 // Representation (SIGGRAPH 2004), blend such strips.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
-struct visible_surfaces {
-    static constexpr float nothing = -std::numeric_limits<float>::infinity();
-    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
-    image<std::uint8_t> matte;  ///< H x W x 1
-};
+/// Maximum factor by which a corner lengthens the strip, so that acute corners don't reach far. The exact factor is 1 / cos of
+/// half the turn; up to turns of 96 degrees it is below this limit.
+inline constexpr float max_miter = 1.5F;
+
+/// Returns options whose widths the padding of the atlas can color. The strip's outermost half texel may lie beyond the padding,
+/// because it is almost transparent.
+inline soft_edge_options limited_to(soft_edge_options options, std::int32_t padding) {
+    const float limit = (nearest_float(padding) + 0.5F) / max_miter;
+    options.min_width = (std::min)(options.min_width, limit), options.max_width = (std::min)(options.max_width, limit);
+    return options;
+}
 
 /// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
@@ -23587,7 +23742,7 @@ private:
         return sum;
     }
 
-    /// Computes the offset from each corner of the edge to the outer end of the strip.
+    /// Computes the offset from each corner of the piece to the outer end of the strip.
     void find_rims() {
         rims_.assign(corners_.size(), plane_vector{});
         const std::int32_t last = edge_count();
@@ -23596,11 +23751,11 @@ private:
             if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
             const plane_vector sum = normals_[before] + normals_[after];
             const float squared = sum.x * sum.x + sum.y * sum.y;
-            if (squared < 0.5F) continue;  // the edges form a spike
+            if (squared < 0.5F) continue;  // a spike: the edges double back within 41 degrees (2 asin(sqrt(0.5) / 2))
             const plane_vector normal = sum / std::sqrt(squared);
             // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
-            const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
+            const float miter = (std::min)(2.0F / std::sqrt(squared), max_miter);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
         }
     }
@@ -23616,8 +23771,8 @@ private:
         }
     }
 
-    /// Returns the vertices of a corner on the edge and at the outer end of the strip. They are equal where the strip tapers
-    /// off.
+    /// Returns the two vertices of a corner: at the edge of the mesh and at the outer end of the strip. They are equal where the
+    /// strip tapers off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];
@@ -23641,7 +23796,7 @@ private:
     surface_rule surface_;
     const pinhole_camera& camera_;
     const depth_range& range_;
-    const soft_edge_options& options_;
+    soft_edge_options options_;
     std::array<std::int32_t, 2> to_atlas_{};
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
@@ -23655,17 +23810,13 @@ private:
     soft_edge_strip strip_;
 };
 
-}  // namespace detail
+}}}  // namespace ldi::detail
 
-}}  // namespace ldi
+// ---- ldi/mesh/detail/mesh_assembler.hpp
+// Assembles the mesh of a layered image from triangles in the plane: lifts vertices along their rays, and adds hems and soft
+// edges.
 
-// ---- ldi/mesh/build_mesh.hpp
-// Builds a textured triangle mesh from charts (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D,
-// then every vertex is lifted along its ray to its depth.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
 class pixel_finder {
@@ -23706,20 +23857,10 @@ private:
     buffer<std::int32_t> shown_;  // per position: its pixel in the most recently selected chart that covers it
 };
 
-inline void check_facts(const photo_facts& facts) {
-    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
-    if (!is_positive(facts.camera.focal_length))
-        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
-              to_text(facts.camera.focal_length));
-    if (!is_positive(facts.range.z_near) || !is_positive(facts.range.z_far) || facts.range.z_near > facts.range.z_far)
-        raise(error_code::invalid_option, "photo_facts::range", "finite distances with 0 < z_near <= z_far",
-              to_text(facts.range.z_near) + " and " + to_text(facts.range.z_far));
-}
-
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    /// hems  one per entry of flat_mesh::open_corners
+    /// hems  result of hem_finder::find(): one per entry of flat_mesh::open_corners
     mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
@@ -23769,8 +23910,9 @@ public:
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, options);
-        builder.choose(static_cast<std::size_t>(options.max_share * bytes / edge_bytes));
+        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, limited_to(options, atlas.filter_padding));
+        const float max_edges = nearest_float(flat_.open_corners.size());  // more than there are, so that an infinite share fits
+        builder.choose(static_cast<std::size_t>((std::min)(max_edges, options.max_share * bytes / edge_bytes)));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
             const std::array<std::int32_t, 2> to_atlas{atlas.placements[c].x - charts.charts[c].x,
@@ -23791,6 +23933,7 @@ private:
             const std::int32_t id = flat_.open_corners[i];
             if (hems_[i].is_empty()) return vertex_of_[id];
             const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+            mesh_.hem_vertices.push_back({vertex, vertex_of_[id]});
             add_position(flat_.outlines.corners[id], hems_[i]);
             add_texture(flat_.outlines.corners[id], to_atlas, finder, hems_[i]);
             return vertex;
@@ -23822,7 +23965,8 @@ private:
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
-        // Hems may lie behind the farthest surface. This minimum limits how far.
+        // Hems may lie behind the farthest surface, by a disparity of 0.2 * surface_rule::max_step (hem_finder::gap). With the
+        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. This minimum limits the others.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
@@ -23830,7 +23974,7 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies it afterward, so that charts meet exactly, even if the compiler changes float
+    /// Lifts each corner once and copies its position afterward, so that charts meet exactly, even if the compiler changes float
     /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
@@ -23854,33 +23998,21 @@ private:
     textured_mesh mesh_;
 };
 
-/// Collects the disparity of the nearest surface at each position, and its matte if there is a matte column.
-template <has_columns<disparity_column> Layers>
-visible_surfaces find_visible(const Layers& layers) {
-    constexpr bool has_matte = has_column<Layers, matte_column>;
-    const auto& g = layers.topology();
-    const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
-    visible_surfaces seen{image<float>(rows, columns, 1),
-                          has_matte ? image<std::uint8_t>(rows, columns, 1) : image<std::uint8_t>()};
-    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
-    const auto disparity = layers.template column<disparity_column>();
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        const std::size_t position = g.position_of(i);
-        if (disparity[i] <= seen.disparity.data()[position]) continue;
-        seen.disparity.data()[position] = disparity[i];
-        if constexpr (has_matte) seen.matte.data()[position] = layers.template column<matte_column>()[i];
-    }
-    return seen;
-}
+}}}  // namespace ldi::detail
 
-}  // namespace detail
+// ---- ldi/mesh/build_mesh.hpp
+// Builds a textured triangle mesh from charts (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D,
+// then every vertex is lifted along its ray to its depth.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
 ///         depth is at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte column. Where a
-///         hidden surface ends at a nearer one of similar depth, a strip extends it up to 4 pixels behind the nearer surface.
-///         With the default tolerances or smaller ones, no camera within facts.motion then sees a gap
+///         hidden surface ends at a nearer one of similar depth, a strip extends it behind the nearer surface, by no more
+///         pixels than the atlas's padding has texels. With the default tolerances or smaller ones, and the default padding or
+///         more, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -23902,12 +24034,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    detail::check_facts(facts);
-    if (!charts.charts.empty() && atlas.color.empty())
-        raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
-    check_charts(charts, g, "build_mesh");
-    for (const float d : layers.template column<disparity_column>())
-        if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
+    if (!detail::is_positive(facts.camera.focal_length))
+        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
+              detail::to_text(facts.camera.focal_length));
+    if (!charts.charts.empty() && (atlas.color.empty() || atlas.filter_padding < 0))
+        raise(error_code::mismatch, "build_mesh", "an atlas with pixels and a padding of at least 0",
+              detail::shape_text(atlas.color) + " with a padding of " + std::to_string(atlas.filter_padding));
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
         raise(
@@ -23918,7 +24050,8 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
 
     const detail::visible_surfaces seen = detail::find_visible(layers);
     const auto disparity = layers.template column<disparity_column>();
-    detail::mesh_assembler assembler(facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts).find(), atlas);
+    detail::mesh_assembler assembler(
+        facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts, atlas.filter_padding).find(), atlas);
     {
         detail::pixel_finder finder(g, disparity, charts.chart_of);
         for (std::size_t c = 0; c < flat.charts.size(); ++c)
@@ -23965,13 +24098,13 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 }  // namespace detail
 
 /// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
-/// surface.
+/// surface. The outer end of a hem has the values of its inner end.
 ///
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
 /// Raises mismatch if the mesh refers to pixels outside the layers, or if a vertex does not project to a corner of its pixel,
-/// because it was moved or belongs to another camera. Time is linear.
+/// because it was moved or belongs to another camera; and invalid_data for hems outside the mesh. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -23980,12 +24113,16 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
+    detail::check_hems(mesh);
+    buffer<std::size_t> inner(mesh.pixels.size(), unset);  // per vertex: itself, or the inner end of its hem
+    std::iota(inner.begin(), inner.end(), std::size_t{0});
+    for (const hem_vertex& h : mesh.hem_vertices) inner[h.outer] = h.inner;
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
             raise(error_code::mismatch, "gather", "pixel indices below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
-        const float* position = mesh.positions.data() + 3 * v;
+        const float* position = mesh.positions.data() + 3 * inner[v];
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
         const float x = std::round(seen[0]), y = std::round(seen[1]);
         const detail::corner_pixels around = detail::pixels_around_corner(g, mesh.pixels[v], x, y);
@@ -23996,7 +24133,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                       "), for pixel " + std::to_string(mesh.pixels[v]) + " at (" + std::to_string(g.x()[mesh.pixels[v]]) + ", " +
                       std::to_string(g.y()[mesh.pixels[v]]) + ")");
         std::array<scalar, 4 * Column::channels> values{};
-        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
+        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // count is at most 4; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
         const auto at_vertex = vertex_values<Column>({{values.data(), around.count * Column::channels}});
         std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
@@ -24032,13 +24169,14 @@ public:
         const rectangle_size size = layout_.sizes[place.sheet];
         const double x = double{u} * nearest_double(atlas_.color.width()) - from.x + shape.x;
         const double y = double{v} * nearest_double(atlas_.color.height()) - from.y + shape.y;
-        return {on_sheet(layout_.across.in_photo(x) - place.photo_x + place.room.x, size.width),
-                on_sheet(layout_.down.in_photo(y) - place.photo_y + place.room.y, size.height)};
+        return {on_sheet(layout_.across.in_photo(x) - place.photo_x, place.room.x, place.room.width, size.width),
+                on_sheet(layout_.down.in_photo(y) - place.photo_y, place.room.y, place.room.height, size.height)};
     }
 
 private:
-    static float on_sheet(double texels, std::int32_t length) {
-        return static_cast<float>(std::clamp(texels / length, 0.0, 1.0));
+    /// Returns a texture coordinate for an offset from the start of a room. Hems may be wider than the padding of the room.
+    static float on_sheet(double texels, std::int32_t room, std::int32_t room_length, std::int32_t length) {
+        return static_cast<float>((room + std::clamp(texels, 0.0, nearest_double(room_length))) / length);
     }
 
     const chart_set& charts_;
@@ -24108,6 +24246,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
         for (std::size_t k = 0; k < 3; ++k) moved.triangles[to + k] = place[mesh.triangles[i + k]];
     }
     moved.soft_edges = mesh.soft_edges;
+    for (const hem_vertex& h : mesh.hem_vertices) moved.hem_vertices.push_back({place[h.outer], place[h.inner]});
     return moved;
 }
 
@@ -25512,7 +25651,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// Parses a whole number without sign, decimal point or exponent. Returns an empty result for any other value.
+/// Parses a whole number below 2^64 without sign, decimal point or exponent. Returns an empty result for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;
@@ -25540,7 +25679,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
 /// where  name of the file in messages
 ///
-/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
+/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). Messages
+/// about a tensor name it.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
@@ -25552,7 +25692,7 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end() || found->second != expected)
-        raise(error_code::mismatch, file.where, what + ", " + key + " " + expected + " in its metadata",
+        raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
               found == file.metadata.end() ? "none" : printable(found->second));
 }
 
@@ -25615,8 +25755,7 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or one of another kind or size");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or an invalid value");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -25670,7 +25809,7 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that are text",
+            raise(error_code::invalid_data, where, "metadata with string values",
                   std::string(kind_text(value.kind)) + " for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
@@ -25741,8 +25880,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
 ///       float32
 ///
-/// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
-/// network.
+/// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
+/// describe a different kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
@@ -25754,7 +25893,7 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
     const auto name = file.metadata.find("name");
     if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
     if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
-    raise(error_code::mismatch, file.where, "an inpainting network, name farbrausch or partial_convolution in its metadata",
+    raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
           name == file.metadata.end() ? "none" : printable(name->second));
 }
 
@@ -25769,7 +25908,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Members with only one accepted value, because other values would require other arithmetic.
+    // Members with only one accepted value, because any other value would require different arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -25788,13 +25927,13 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const auto number = [&](const json_value& value, const char* key) {
         const std::optional<std::uint64_t> size = whole_number(value);
         if (!size || *size > std::uint64_t{1} << 20)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(value.text));
+            raise(error_code::unsupported, here, "a whole number for " + std::string(key), printable(value.text));
         return static_cast<std::int32_t>(*size);
     };
     const auto each_of = [&](const char* key, auto&& visit) {
         const json_value list = json_member(text, key);
         if (list.kind != json_kind::array)
-            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(list.text));
+            raise(error_code::unsupported, here, "a list of whole numbers for " + std::string(key), printable(list.text));
         for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
     };
     result.channels.clear(), result.kernels.clear();
@@ -25886,7 +26025,7 @@ struct picture_header {
     std::size_t memory_per_pixel = 0;               ///< upper bound on the decoder's memory in bytes per pixel
     double more_memory = 0;                         ///< additional memory of the decoder in bytes for the whole picture
     std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
-    std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
+    std::size_t scanned_channels = 0;               ///< JPEG only: number of channels in each scan, summed over all scans
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
@@ -26095,7 +26234,7 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// Returns the text after a key and its colon in the header of an NPY file, which is a Python dictionary; empty if the key is
+/// Returns the text after a key and its colon in an NPY header, which is a Python dictionary. Returns an empty text if the key is
 /// missing.
 ///
 /// key  including its quotes
@@ -26153,7 +26292,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
     header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");
     header.columns_first = order.substr(0, 4) == "True";
-    if (!header.columns_first && order.substr(0, 5) != "False") broken("no order in its header");
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no fortran_order in its header");
     std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
     if (!shape) broken("no shape in its header");
     drop_unit_axes(*shape);
@@ -26453,8 +26592,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Whether each Huffman table of a segment is complete and has at most 256 codes. Other tables make stb_image 2.27 write beyond
-/// its buffers.
+/// Whether a segment contains all bytes of its Huffman tables, and each table has at most 256 codes. Other tables make stb_image
+/// 2.27 write beyond its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -26540,7 +26679,7 @@ private:
 
     void read_frame(unsigned marker, std::span<const std::byte> body) {
         if (marker > 0xC2) unsupported(marker == 0xC3 ? "a lossless JPEG" : "an arithmetic-coded or hierarchical JPEG");
-        if (components_ != 0) broken("two pictures in one");
+        if (components_ != 0) broken("a second frame header");
         if (body.size() < 6) broken("a short frame header");
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
@@ -26653,7 +26792,7 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
 
 }  // namespace detail
 
-/// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
+/// Reads the header of a JPEG or PNG file. Raises unsupported (any other format, or an unsupported variant), invalid_data (empty,
 /// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
@@ -26673,7 +26812,7 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for another number of channels and
+/// Encodes an H x W x 1 or H x W x 3 picture with at least one pixel as PNG. Raises mismatch for any other number of channels and
 /// for a picture without pixels, and too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
@@ -27009,7 +27148,7 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", printable(a.name));
+            refuse(a, "a name with an underscore, then 1 to 63 capital letters, digits or underscores", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
@@ -27151,8 +27290,9 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
-/// the metadata describe another kind of network, or if their band constants differ from those in depth/step_band.hpp.
+/// Decodes a silhouette network. Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
+/// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
+/// band (depth/step_band.hpp) differ.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27163,7 +27303,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
         raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
     const std::string here = where + ", architecture";
     const detail::json_value text = detail::read_json_object(found->second, 4, here);
-    // Other values would require another band or other arithmetic.
+    // Any other value would require a different band or different arithmetic.
     const std::string_view fixed[][2] = {{"version", "1"},        {"layout", "\"out,in,height,width\""},
                                          {"prior", "6.0"},        {"kernel", "3"},
                                          {"max_step", "0.02"},    {"min_step", "0.06"},
@@ -27179,8 +27319,8 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
 
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
-// network is small, was trained on the results of other networks, and computes with the same arithmetic as the published
-// network. io/weight_files.hpp loads it from disk.
+// network is small, was trained on the results of other networks, and uses the same arithmetic as the published Tiefenrausch.
+// io/weight_files.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27193,7 +27333,7 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
     const std::string& digits = found->second;
     if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
         raise(error_code::invalid_data, place_in(file.where, std::string("metadata \"") + key + "\""),
-              "a number of pixels of one to four digits", printable(digits));
+              "a number of pixels with one to four digits", printable(digits));
     std::size_t size = 0;
     for (const char digit : digits) size = 10 * size + static_cast<std::size_t>(digit - '0');
     return size;
@@ -27204,8 +27344,8 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 /// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
 /// and "layout_long_side" are optional values of depth_network_sizes.
 ///
-/// Raises the errors of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch if the metadata describe
-/// another network.
+/// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
+/// metadata describe a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27237,8 +27377,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
-    /// before the pass at the photo's resolution.
+    /// Number of weighted median passes at the estimator's own resolution, in addition to the pass at the photo's resolution. At
+    /// the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
@@ -27305,8 +27445,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
 
 namespace detail {
 
-/// Returns the maximum distance, after alignment, of silhouettes from the edges that they follow in the photo, in pixels; 0 for a
-/// depth map at the photo's resolution.
+/// Returns how far silhouettes may be from the photo's edges after alignment, in pixels; 0 for a depth map at the photo's
+/// resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -27447,7 +27587,7 @@ struct cleaned_photo {
 /// photo      H x W x 3, at least one pixel
 /// estimator  if this is a temporary given_disparity, its map is moved, not copied
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of another shape.
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
@@ -27610,7 +27750,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// The differences from the defaults:
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
-///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
+///   photo_facts::motion is then the largest motion without gaps, which for most photos is smaller than the default.
 /// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
 /// - The median filter runs once, at the photo's resolution.
 /// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
@@ -27620,7 +27760,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
 /// behind silhouettes join where their depth is similar (occlusion/expand.hpp), and a step of s in disparity grows the surface
-/// behind it by at most s times the photo's long side, which is less than 50 pixels only in small photos.
+/// behind it by at most s times the photo's long side. This limit is below 50 pixels only in small photos.
 inline photo3d_options paper_options() {
     photo3d_options options;
     options.max_sample_size = 1.0F;
