@@ -17794,6 +17794,7 @@ public:
     }
 
 private:
+    // All of these limits were tuned by experiment.
     static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
     static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
@@ -17903,6 +17904,7 @@ public:
     }
 
 private:
+    // These sizes, and the weights and the limit in slope(), were tuned by experiment.
     static constexpr int depth = 24;              // number of pixels measured inward from the border or the rim
     static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 
@@ -20366,6 +20368,16 @@ private:
 
 namespace detail {
 
+/// Raises invalid_data for a rectangle without area, and too_large for one that is larger than a sheet.
+inline void check_rectangle(rectangle_size size, std::int32_t max_side, const char* where) {
+    if (size.width < 1 || size.height < 1)
+        raise(error_code::invalid_data, where, "rectangles of at least 1 x 1",
+              std::to_string(size.width) + " x " + std::to_string(size.height));
+    if (size.width > max_side || size.height > max_side)
+        raise(error_code::too_large, where, "rectangles with sides of at most " + std::to_string(max_side),
+              std::to_string(size.width) + " x " + std::to_string(size.height));
+}
+
 /// Returns the indices of the rectangles by descending longer side, shorter side and width, and then in the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
@@ -20394,13 +20406,14 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 }  // namespace detail
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets with aspect ratios from about 1:2 to 2:1 and keeps
-/// the smallest sheet. Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
+/// the smallest sheet. Raises invalid_data for a rectangle without area, and too_large if no sheet up to max_side x max_side, in
+/// the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
     std::int64_t area = 0;
     for (const rectangle_size& s : sizes) {
-        LDI_ASSERT(s.width > 0 && s.height > 0);
+        detail::check_rectangle(s, max_side, "pack");
         largest = {(std::max)(largest.width, s.width), (std::max)(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
     }
@@ -20450,17 +20463,15 @@ struct sheet_packing {
 };
 
 /// Packs all rectangles, each at least 1 x 1, on sheets of up to max_side x max_side. Starts with the largest, and places each on
-/// the first sheet with enough room. Raises too_large for a rectangle that is larger than a sheet.
+/// the first sheet with enough room. Raises invalid_data for a rectangle without area, and too_large for one that is larger than
+/// a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
     buffer<packing_tree> trees;
     for (const std::size_t i : detail::packing_order(sizes)) {
         const rectangle_size size = sizes[i];
-        LDI_ASSERT(size.width > 0 && size.height > 0);
-        if (size.width > max_side || size.height > max_side)
-            raise(error_code::too_large, "pack_on_sheets", "rectangles with sides of at most " + std::to_string(max_side),
-                  std::to_string(size.width) + " x " + std::to_string(size.height));
+        detail::check_rectangle(size, max_side, "pack_on_sheets");
         std::size_t sheet = 0;
         while (sheet < trees.size() && !trees[sheet].insert(size, packed.corners[i])) ++sheet;
         if (sheet == trees.size()) {
@@ -20505,8 +20516,10 @@ struct atlas_rectangle {
     std::int32_t x = 0, y = 0, width = 0, height = 0;
 };
 
+inline constexpr std::int32_t max_filter_padding = 1024;
+
 struct padding_options {
-    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns
+    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
 };
 
@@ -20717,6 +20730,8 @@ struct texture_atlas {
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
     float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
+    /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh get their colors from it.
+    std::int32_t filter_padding = padding_options{}.filter_padding;
 };
 
 namespace detail {
@@ -20742,7 +20757,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding below 1; and mismatch for
+/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch for
 /// charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except
 /// for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32
 /// bytes per pixel and per texel.
@@ -20750,10 +20765,14 @@ template <has_columns<color_column, disparity_column, known_column> Layers, exec
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
-    if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+    if (padding < 1 || padding > max_filter_padding)
+        raise(error_code::invalid_option, "filter_padding", "1 to " + std::to_string(max_filter_padding),
+              std::to_string(padding));
     check_charts(charts, layers.topology(), "make_atlas");
 
-    const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
+    const auto blocks = [&](std::int32_t length) {
+        return static_cast<std::int32_t>((std::int64_t{length} + 2 * padding + macroblock_side - 1) / macroblock_side);
+    };
     buffer<rectangle_size> sizes;
     sizes.reserve(charts.charts.size());
     std::int64_t area = 0;  // in macroblocks
@@ -20771,6 +20790,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const packing packed = pack(sizes, max_blocks);
 
     texture_atlas atlas;
+    atlas.filter_padding = padding;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
     atlas.color = image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
@@ -21442,9 +21462,11 @@ struct chart_outlines {
 
 /// Traces the outlines of all charts.
 ///
-/// g          in canonical order (raises mismatch if not)
+/// g          in canonical order
 /// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
+///
+/// Raises mismatch if the pixels are not in canonical order, or if the arguments don't fit together.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
@@ -21661,7 +21683,10 @@ private:
 }  // namespace detail
 
 inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
-    LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
+    if (disparity.size() != g.size())
+        raise(error_code::mismatch, "trace_outlines", std::to_string(g.size()) + " disparities",
+              std::to_string(disparity.size()));
+    check_charts(charts, g, "trace_outlines");
     chart_outlines result;
     result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
     result.boundary_pixels = detail::pixels_with_boundary(result.boundary_sides);
@@ -21960,54 +21985,23 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 
 }}  // namespace ldi
 
-// ---- ldi/mesh/detail/outline_clearance.hpp
-// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
-// outline.
+// ---- ldi/mesh/detail/mesh_checks.hpp
+// Checks of the inputs that several public functions of the mesh share.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
-/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
-class outline_clearance {
-public:
-    /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
-    /// clearance  in pixels, 1 to 64
-    outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
-        : g_(g), sides_(sides), clearance_(clearance) {}
+inline bool is_positive(float value) { return value > 0 && std::isfinite(value); }
 
-    /// Whether the chart ends above any pixel of the row within the clearance.
-    bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
+inline void check_range(const depth_range& range, const char* where) {
+    if (!is_positive(range.z_near) || !is_positive(range.z_far) || range.z_near > range.z_far)
+        raise(error_code::invalid_option, where, "finite distances with 0 < z_near <= z_far",
+              to_text(range.z_near) + " and " + to_text(range.z_far));
+}
 
-    /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
-    /// down). Each row extends by the clearance to the left and right of the pixel's left side.
-    bool is_clear(std::int32_t pixel, int s) const {
-        for (std::int32_t row = 1;; ++row) {
-            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
-            for (std::int32_t i = first; i < last; ++i)
-                if ((sides_[i] & side_bit(1)) != 0) return false;
-            if (row == clearance_) return true;
-            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
-            pixel = (s == 0 ? g_.up() : g_.down())[pixel];
-        }
-    }
-
-private:
-    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
-    std::uint8_t sides_around(std::int32_t pixel) const {
-        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
-        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
-        std::uint64_t eight = 0, all = 0;
-        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
-        for (const int half : {32, 16, 8}) all |= all >> half;
-        std::uint8_t around = all & 0xFF;
-        for (; at != end; ++at) around |= *at;
-        return around;
-    }
-
-    graph_view g_;
-    const buffer<std::uint8_t>& sides_;
-    std::int32_t clearance_;
-};
+inline void check_disparities(array_view<const float> disparity, const char* where) {
+    for (const float d : disparity)
+        if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
+}
 
 }}}  // namespace ldi::detail
 
@@ -22084,16 +22078,59 @@ private:
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/mesh/studs.hpp
-// Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
-//
-// As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
-// edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
-// with even spacing the error is several times as large for the same number of triangles. Second, extra vertices between
-// the studs mark bends of disparity along evenly spaced rows. Without them, everything upright and narrower than the distance
-// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
-// the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
-// outline, so outlines need no extra vertices.
+// ---- ldi/mesh/detail/outline_clearance.hpp
+// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
+// outline.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
+/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
+class outline_clearance {
+public:
+    /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
+    /// clearance  in pixels, 1 to 64
+    outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
+        : g_(g), sides_(sides), clearance_(clearance) {}
+
+    /// Whether the chart ends above any pixel of the row within the clearance.
+    bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
+
+    /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
+    /// down). Each row extends by the clearance to the left and right of the pixel's left side.
+    bool is_clear(std::int32_t pixel, int s) const {
+        for (std::int32_t row = 1;; ++row) {
+            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
+            for (std::int32_t i = first; i < last; ++i)
+                if ((sides_[i] & side_bit(1)) != 0) return false;
+            if (row == clearance_) return true;
+            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
+            pixel = (s == 0 ? g_.up() : g_.down())[pixel];
+        }
+    }
+
+private:
+    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
+    std::uint8_t sides_around(std::int32_t pixel) const {
+        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
+        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
+        std::uint64_t eight = 0, all = 0;
+        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
+        for (const int half : {32, 16, 8}) all |= all >> half;
+        std::uint8_t around = all & 0xFF;
+        for (; at != end; ++at) around |= *at;
+        return around;
+    }
+
+    graph_view g_;
+    const buffer<std::uint8_t>& sides_;
+    std::int32_t clearance_;
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/mesh/stud_set.hpp
+// Studs of charts (mesh/studs.hpp), and the options for placing them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -22118,17 +22155,12 @@ struct stud_set {
     buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
-/// Places the studs of all charts. Raises invalid_option.
-///
-/// layers    in canonical order
-/// range     distances at disparity 1 and 0
-/// charts    a partition of the pixels (make_charts)
-/// outlines  outlines of these charts (trace_outlines)
-template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
-                    const stud_options& options = {});
+}}  // namespace ldi
 
-namespace detail {
+// ---- ldi/mesh/detail/stud_sampler.hpp
+// Samples disparity along the lines on which studs lie, and finds the single vertices between them (mesh/studs.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Reads disparity along studs and rows in one pass over the rows of charts, in memory order.
 class stud_sampler {
@@ -22204,7 +22236,8 @@ private:
         for (std::int32_t i = 0; i + reach < c.pixels.count(); i += stride) {
             const std::int32_t a = c.pixels[i], b = c.pixels[i + reach];
             if (b != a + reach || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
-            shifts_.push_back(range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]));
+            const float shift = range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]);
+            if (!std::isnan(shift)) shifts_.push_back(shift);  // NaN if both inverse depths are 0, at negative disparities
         }
         if (shifts_.empty()) return options_.spacing;
         float* const rank = shifts_.begin() + shifts_.size() * 9 / 10;
@@ -22256,6 +22289,13 @@ private:
     buffer<float> profile_, shifts_;
     bend_finder find_bends_;
 };
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/mesh/detail/stud_placer.hpp
+// Places the studs of charts at the bends of sampled disparity (mesh/studs.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Converts samples to studs, chart by chart.
 class stud_placer {
@@ -22340,29 +22380,64 @@ private:
     bend_finder find_bends_;
 };
 
-}  // namespace detail
-
-template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
-                    const stud_options& options) {
+/// Places the studs of all charts. Checks only the options; the other arguments must fit together.
+inline stud_set place_studs(const graph_view& g, array_view<const float> disparity, const depth_range& range,
+                            const chart_set& charts, const chart_outlines& outlines, const stud_options& options) {
     if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0) ||
         !(options.texture_tolerance > 0))
         raise(error_code::invalid_option, "stud_options",
               "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0, texture_tolerance > 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
-                  detail::to_text(options.disparity_tolerance) + ", " + detail::to_text(options.texture_tolerance));
-    detail::stud_sampler sampler(layers.topology(), layers.template column<disparity_column>(), outlines, options);
+                  to_text(options.disparity_tolerance) + ", " + to_text(options.texture_tolerance));
+    stud_sampler sampler(g, disparity, outlines, options);
     sampler.sample(charts, range);
     stable_sort(sampler.singles, [](const auto& a, const auto& b) { return a.chart < b.chart; });
-    detail::stud_placer placer(sampler, options, range);
-    const detail::stud_sampler::single* first = sampler.singles.begin();
+    stud_placer placer(sampler, options, range);
+    const stud_sampler::single* first = sampler.singles.begin();
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
-        const detail::stud_sampler::single* last = first;
+        const stud_sampler::single* last = first;
         while (last != sampler.singles.end() && last->chart == c) ++last;
         placer.place(charts.charts[c], sampler.charts[c], {first, last});
         first = last;
     }
     return placer.finish();
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/mesh/studs.hpp
+// Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
+//
+// As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
+// edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
+// with even spacing the error is several times as large for the same number of triangles. Second, extra vertices between
+// the studs mark bends of disparity along evenly spaced rows. Without them, everything upright and narrower than the distance
+// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
+// the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
+// outline, so outlines need no extra vertices.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Places the studs of all charts.
+///
+/// layers    in canonical order, with finite disparities
+/// range     distances at disparity 1 and 0
+/// charts    a partition of the pixels (make_charts)
+/// outlines  outlines of these charts (trace_outlines)
+///
+/// Raises invalid_option, mismatch if the arguments don't fit together, and invalid_data for disparities that are not finite.
+template <has_columns<disparity_column> Layers>
+stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
+                    const stud_options& options = {}) {
+    const graph_view g = layers.topology();
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    check_charts(charts, g, "make_studs");
+    detail::check_range(range, "make_studs");
+    detail::check_disparities(disparity, "make_studs");
+    if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||
+        outlines.boundary_pixels != detail::pixels_with_boundary(outlines.boundary_sides))
+        raise(error_code::mismatch, "make_studs", "outlines of these charts", "other outlines");
+    return detail::place_studs(g, disparity, range, charts, outlines, options);
 }
 
 }}  // namespace ldi
@@ -22559,29 +22634,26 @@ private:
     }
     visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
 
-    static std::int64_t cross(lattice_point center, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
-    }
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
     /// Whether the direction from v.at to p points into the interior at v, not along its edges.
     static bool inside(const visit& v, lattice_point p) {
-        const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
+        const std::int64_t whole = turn(v.at, v.to, v.from), a = turn(v.at, v.to, p), b = turn(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
         if (whole < 0) return !(a <= 0 && b <= 0);
         if (dot(v.at, v.to, v.from) < 0) return a > 0;
         return a != 0 || dot(v.at, v.to, p) < 0;
     }
     static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
-        return cross(center, p, q) == 0 && dot(center, p, q) > 0;
+        return turn(center, p, q) == 0 && dot(center, p, q) > 0;
     }
     static bool overlap(const visit& v, const visit& w) {
         return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
     }
 
     static int side(const edge& e, lattice_point p) {
-        const std::int64_t t = std::int64_t{e.b.x - e.a.x} * (p.y - e.a.y) - std::int64_t{e.b.y - e.a.y} * (p.x - e.a.x);
+        const std::int64_t t = turn(e.a, e.b, p);
         return t < 0 ? -1 : t > 0 ? 1 : 0;
     }
     static bool in_box(const edge& e, lattice_point p) {
@@ -22676,6 +22748,29 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
         for (std::int32_t side : {h, h2, m, m2}) stack.push_back(side);
     }
 }
+
+}}  // namespace ldi
+
+// ---- ldi/mesh/mesh_options.hpp
+// Options of build_mesh() and of its parts.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Options of soft edges (mesh/detail/soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in
+/// pixels, 0 to 64. build_mesh() reduces them to what the atlas's padding can color: (filter_padding + 0.5) / 1.5.
+struct soft_edge_options {
+    float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
+    float max_width = 3.0F;  ///< maximum width, used where the matte extends far
+    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
+    /// silhouette edges, only the edges with the largest steps in disparity have a strip. Infinity means no limit.
+    float max_share = 0.08F;
+};
+
+struct mesh_options {
+    simplify_options outlines;
+    stud_options studs;
+    soft_edge_options soft_edges;
+};
 
 }}  // namespace ldi
 
@@ -23062,22 +23157,6 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Options of soft edges (mesh/detail/soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in
-/// pixels.
-struct soft_edge_options {
-    float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
-    float max_width = 3.0F;  ///< maximum width, used where the matte extends far; keep it below the padding of the atlas
-    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
-    /// silhouette edges, only the edges with the largest steps in disparity have a strip.
-    float max_share = 0.08F;
-};
-
-struct mesh_options {
-    simplify_options outlines;
-    stud_options studs;
-    soft_edge_options soft_edges;
-};
-
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
     buffer<std::int32_t> outline;        ///< outline vertices, loop by loop: indices in chart_outlines::corners
@@ -23102,8 +23181,9 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option; mismatch if the pixels are not in canonical order or a chart has two pixels at one position; and
-/// too_large for a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if the charts are not a partition of the pixels, if the pixels are not in canonical order or
+/// if a chart has two pixels at one position; invalid_data for disparities that are not finite; and too_large for a bounding box
+/// above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -23309,9 +23389,12 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
             raise(error_code::too_large, "build_mesh",
                   "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
                   std::to_string(c.width) + " x " + std::to_string(c.height));
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    detail::check_range(range, "depth_range");
+    detail::check_disparities(disparity, "build_mesh");
     flat_mesh flat;
-    flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
-    flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);
+    flat.outlines = trace_outlines(layers.topology(), disparity, charts);
+    flat.studs = detail::place_studs(layers.topology(), disparity, range, charts, flat.outlines, options.studs);
     flat.charts.resize(charts.charts.size());
     simplified_boundary boundary(flat.outlines, options.outlines, range);
     detail::outline_repair(flat, boundary, charts, threads).triangulate_all();
@@ -23348,11 +23431,12 @@ class hem_finder {
 public:
     /// disparity  K values, one per pixel of `g`
     /// visible    H x W x 1: the largest disparity at each position; negative infinity where there is no surface
+    /// max_width  maximum width of a hem in pixels: the padding of the atlas, which is the texture of hems
     hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
-               const photo_facts& facts)
+               const photo_facts& facts, std::int32_t max_width)
         : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
         parallax_ = max_parallax(facts.camera.width, facts.camera.height, facts.motion);
-        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
+        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), nearest_float(max_width));
     }
 
     /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all are.
@@ -23369,12 +23453,9 @@ public:
 
 private:
     /// Maximum difference in disparity between a hem and the nearer surface in front of it, as a multiple of
-    /// surface_rule::max_step. A camera sees past a hem if the parallax of this difference exceeds the hem's width, so narrow
-    /// hems lie closer to the nearer surface.
+    /// surface_rule::max_step; tuned by experiment. A camera sees past a hem if the parallax of this difference exceeds the hem's
+    /// width, so narrow hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
-    /// Maximum width in pixels. The texture of a hem is the chart's padding in the atlas, so a hem is no wider than the default
-    /// padding.
-    static constexpr float max_width = static_cast<float>(padding_options{}.filter_padding);
     static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
                   mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
     /// Distances from an edge at which is_hidden() compares disparities, in pixels; positive distances lie outside the chart.
@@ -23412,7 +23493,8 @@ private:
             const plane_vector after = normal_after(i < last ? i : is_closed ? first : last - 1);
             const plane_vector before = normal_after(i > first ? i - 1 : is_closed ? last - 1 : first);
             plane_vector normal = before + after;
-            if (normal.length() < 0.5F) normal = before;  // a spike: its edges run in almost opposite directions
+            // Edges that double back within 29 degrees (2 asin(0.5 / 2)) form a spike, whose mean normal is unreliable.
+            if (normal.length() < 0.5F) normal = before;
             const float length = normal.length();
             if (!(length > 0)) continue;
             // Several surfaces may share the end corners of an open piece, so start half a pixel along the edge.
@@ -23426,7 +23508,7 @@ private:
     }
 
     /// Whether a nearer surface is visible at an end. Checks both sides of the edge, because simplified outlines may be off by a
-    /// pixel.
+    /// pixel. A surface counts as nearer if it lies half a step in front of the end; this share was tuned by experiment.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -23515,6 +23597,39 @@ private:
 
 }}}  // namespace ldi::detail
 
+// ---- ldi/mesh/detail/visible_surfaces.hpp
+// The surfaces that the photo's camera sees, which hide others and lie beside silhouettes.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
+struct visible_surfaces {
+    static constexpr float nothing = -std::numeric_limits<float>::infinity();
+    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
+    image<std::uint8_t> matte;  ///< H x W x 1
+};
+
+/// Collects the disparity of the nearest surface at each position, and its matte if there is a matte column.
+template <has_columns<disparity_column> Layers>
+visible_surfaces find_visible(const Layers& layers) {
+    constexpr bool has_matte = has_column<Layers, matte_column>;
+    const auto& g = layers.topology();
+    const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
+    visible_surfaces seen{image<float>(rows, columns, 1),
+                          has_matte ? image<std::uint8_t>(rows, columns, 1) : image<std::uint8_t>()};
+    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
+    const auto disparity = layers.template column<disparity_column>();
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const std::size_t position = g.position_of(i);
+        if (disparity[i] <= seen.disparity.data()[position]) continue;
+        seen.disparity.data()[position] = disparity[i];
+        if constexpr (has_matte) seen.matte.data()[position] = layers.template column<matte_column>()[i];
+    }
+    return seen;
+}
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/mesh/textured_mesh.hpp
 // The mesh of a 3D photo, with one or several textures.
 
@@ -23536,16 +23651,23 @@ struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
+/// A vertex at the outer end of a hem, and the outline vertex at its inner end. A hem is a strip that extends a hidden surface
+/// behind a nearer one (build_mesh).
+struct hem_vertex {
+    std::uint32_t outer, inner;
+};
+
 /// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
     buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex (at `inner` for a hem)
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
     /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
     buffer<mesh_part> parts = {};
+    buffer<hem_vertex> hem_vertices = {};  ///< all vertices at outer ends of hems
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
@@ -23583,6 +23705,14 @@ void check_triangles(const Mesh& mesh) {
                           (values == &mesh.positions ? "positions" : "texture_coordinates"));
 }
 
+/// Raises invalid_data for hems between vertices that the mesh lacks.
+inline void check_hems(const textured_mesh& mesh) {
+    for (const hem_vertex& h : mesh.hem_vertices)
+        if ((std::max)(h.outer, h.inner) >= mesh.vertex_count())
+            raise(error_code::invalid_data, "mesh", "hems between vertices below " + std::to_string(mesh.vertex_count()),
+                  std::to_string(h.inner) + " and " + std::to_string(h.outer));
+}
+
 }  // namespace detail
 
 /// Checks a mesh, for example after the caller changed it. Writers and renderers call this function, too. Raises mismatch unless
@@ -23594,6 +23724,7 @@ void check_triangles(const Mesh& mesh) {
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     detail::check_triangles(mesh);
     detail::check_triangles(mesh.soft_edges);
+    detail::check_hems(mesh);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
@@ -23622,12 +23753,17 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
-struct visible_surfaces {
-    static constexpr float nothing = -std::numeric_limits<float>::infinity();
-    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
-    image<std::uint8_t> matte;  ///< H x W x 1
-};
+/// Maximum factor by which a corner lengthens the strip, so that acute corners don't reach far. The exact factor is 1 / cos of
+/// half the turn; up to turns of 96 degrees it is below this limit.
+inline constexpr float max_miter = 1.5F;
+
+/// Returns options whose widths the padding of the atlas can color. The strip's outermost half texel may lie beyond the padding,
+/// because it is almost transparent.
+inline soft_edge_options limited_to(soft_edge_options options, std::int32_t padding) {
+    const float limit = (nearest_float(padding) + 0.5F) / max_miter;
+    options.min_width = (std::min)(options.min_width, limit), options.max_width = (std::min)(options.max_width, limit);
+    return options;
+}
 
 /// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
@@ -23751,11 +23887,11 @@ private:
             if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
             const plane_vector sum = normals_[before] + normals_[after];
             const float squared = sum.x * sum.x + sum.y * sum.y;
-            if (squared < 0.5F) continue;  // the edges form a spike
+            if (squared < 0.5F) continue;  // a spike: the edges double back within 41 degrees (2 asin(sqrt(0.5) / 2))
             const plane_vector normal = sum / std::sqrt(squared);
             // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
-            const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
+            const float miter = (std::min)(2.0F / std::sqrt(squared), max_miter);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
         }
     }
@@ -23796,7 +23932,7 @@ private:
     surface_rule surface_;
     const pinhole_camera& camera_;
     const depth_range& range_;
-    const soft_edge_options& options_;
+    soft_edge_options options_;
     std::array<std::int32_t, 2> to_atlas_{};
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
@@ -23810,17 +23946,13 @@ private:
     soft_edge_strip strip_;
 };
 
-}  // namespace detail
+}}}  // namespace ldi::detail
 
-}}  // namespace ldi
+// ---- ldi/mesh/detail/mesh_assembler.hpp
+// Assembles the mesh of a layered image from triangles in the plane: lifts vertices along their rays, and adds hems and soft
+// edges.
 
-// ---- ldi/mesh/build_mesh.hpp
-// Builds a textured triangle mesh from charts (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D,
-// then every vertex is lifted along its ray to its depth.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
 class pixel_finder {
@@ -23860,16 +23992,6 @@ private:
     std::int32_t chart_ = -1;
     buffer<std::int32_t> shown_;  // per position: its pixel in the most recently selected chart that covers it
 };
-
-inline void check_facts(const photo_facts& facts) {
-    const auto is_positive = [](float value) { return value > 0 && std::isfinite(value); };
-    if (!is_positive(facts.camera.focal_length))
-        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
-              to_text(facts.camera.focal_length));
-    if (!is_positive(facts.range.z_near) || !is_positive(facts.range.z_far) || facts.range.z_near > facts.range.z_far)
-        raise(error_code::invalid_option, "photo_facts::range", "finite distances with 0 < z_near <= z_far",
-              to_text(facts.range.z_near) + " and " + to_text(facts.range.z_far));
-}
 
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
@@ -23924,8 +24046,9 @@ public:
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, options);
-        builder.choose(static_cast<std::size_t>(options.max_share * bytes / edge_bytes));
+        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, limited_to(options, atlas.filter_padding));
+        const float max_edges = nearest_float(flat_.open_corners.size());  // more than there are, so that an infinite share fits
+        builder.choose(static_cast<std::size_t>((std::min)(max_edges, options.max_share * bytes / edge_bytes)));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
             const std::array<std::int32_t, 2> to_atlas{atlas.placements[c].x - charts.charts[c].x,
@@ -23946,6 +24069,7 @@ private:
             const std::int32_t id = flat_.open_corners[i];
             if (hems_[i].is_empty()) return vertex_of_[id];
             const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+            mesh_.hem_vertices.push_back({vertex, vertex_of_[id]});
             add_position(flat_.outlines.corners[id], hems_[i]);
             add_texture(flat_.outlines.corners[id], to_atlas, finder, hems_[i]);
             return vertex;
@@ -23977,7 +24101,8 @@ private:
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
-        // Hems may lie behind the farthest surface. This minimum limits how far.
+        // Hems may lie behind the farthest surface, by a disparity of 0.2 * surface_rule::max_step (hem_finder::gap). With the
+        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. This minimum limits the others.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
@@ -24009,33 +24134,21 @@ private:
     textured_mesh mesh_;
 };
 
-/// Collects the disparity of the nearest surface at each position, and its matte if there is a matte column.
-template <has_columns<disparity_column> Layers>
-visible_surfaces find_visible(const Layers& layers) {
-    constexpr bool has_matte = has_column<Layers, matte_column>;
-    const auto& g = layers.topology();
-    const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
-    visible_surfaces seen{image<float>(rows, columns, 1),
-                          has_matte ? image<std::uint8_t>(rows, columns, 1) : image<std::uint8_t>()};
-    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
-    const auto disparity = layers.template column<disparity_column>();
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        const std::size_t position = g.position_of(i);
-        if (disparity[i] <= seen.disparity.data()[position]) continue;
-        seen.disparity.data()[position] = disparity[i];
-        if constexpr (has_matte) seen.matte.data()[position] = layers.template column<matte_column>()[i];
-    }
-    return seen;
-}
+}}}  // namespace ldi::detail
 
-}  // namespace detail
+// ---- ldi/mesh/build_mesh.hpp
+// Builds a textured triangle mesh from charts (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D,
+// then every vertex is lifted along its ray to its depth.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
 ///         depth is at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte column. Where a
-///         hidden surface ends at a nearer one of similar depth, a strip extends it up to 4 pixels behind the nearer surface.
-///         With the default tolerances or smaller ones, no camera within facts.motion then sees a gap
+///         hidden surface ends at a nearer one of similar depth, a strip extends it behind the nearer surface, by no more
+///         pixels than the atlas's padding has texels. With the default tolerances or smaller ones, and the default padding or
+///         more, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -24057,12 +24170,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    detail::check_facts(facts);
-    if (!charts.charts.empty() && atlas.color.empty())
-        raise(error_code::mismatch, "build_mesh", "an atlas with pixels", detail::shape_text(atlas.color));
-    check_charts(charts, g, "build_mesh");
-    for (const float d : layers.template column<disparity_column>())
-        if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
+    if (!detail::is_positive(facts.camera.focal_length))
+        raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
+              detail::to_text(facts.camera.focal_length));
+    if (!charts.charts.empty() && (atlas.color.empty() || atlas.filter_padding < 0))
+        raise(error_code::mismatch, "build_mesh", "an atlas with pixels and a padding of at least 0",
+              detail::shape_text(atlas.color) + " with a padding of " + std::to_string(atlas.filter_padding));
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
         raise(
@@ -24073,7 +24186,8 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
 
     const detail::visible_surfaces seen = detail::find_visible(layers);
     const auto disparity = layers.template column<disparity_column>();
-    detail::mesh_assembler assembler(facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts).find(), atlas);
+    detail::mesh_assembler assembler(
+        facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts, atlas.filter_padding).find(), atlas);
     {
         detail::pixel_finder finder(g, disparity, charts.chart_of);
         for (std::size_t c = 0; c < flat.charts.size(); ++c)
@@ -24120,13 +24234,13 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 }  // namespace detail
 
 /// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
-/// surface.
+/// surface. The outer end of a hem has the values of its inner end.
 ///
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
 /// Raises mismatch if the mesh refers to pixels outside the layers, or if a vertex does not project to a corner of its pixel,
-/// because it was moved or belongs to another camera. Time is linear.
+/// because it was moved or belongs to another camera; and invalid_data for hems outside the mesh. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -24135,12 +24249,16 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
+    detail::check_hems(mesh);
+    buffer<std::size_t> inner(mesh.pixels.size(), unset);  // per vertex: itself, or the inner end of its hem
+    std::iota(inner.begin(), inner.end(), std::size_t{0});
+    for (const hem_vertex& h : mesh.hem_vertices) inner[h.outer] = h.inner;
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
             raise(error_code::mismatch, "gather", "pixel indices below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
-        const float* position = mesh.positions.data() + 3 * v;
+        const float* position = mesh.positions.data() + 3 * inner[v];
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
         const float x = std::round(seen[0]), y = std::round(seen[1]);
         const detail::corner_pixels around = detail::pixels_around_corner(g, mesh.pixels[v], x, y);
@@ -24187,13 +24305,14 @@ public:
         const rectangle_size size = layout_.sizes[place.sheet];
         const double x = double{u} * nearest_double(atlas_.color.width()) - from.x + shape.x;
         const double y = double{v} * nearest_double(atlas_.color.height()) - from.y + shape.y;
-        return {on_sheet(layout_.across.in_photo(x) - place.photo_x + place.room.x, size.width),
-                on_sheet(layout_.down.in_photo(y) - place.photo_y + place.room.y, size.height)};
+        return {on_sheet(layout_.across.in_photo(x) - place.photo_x, place.room.x, place.room.width, size.width),
+                on_sheet(layout_.down.in_photo(y) - place.photo_y, place.room.y, place.room.height, size.height)};
     }
 
 private:
-    static float on_sheet(double texels, std::int32_t length) {
-        return static_cast<float>(std::clamp(texels / length, 0.0, 1.0));
+    /// Returns a texture coordinate for an offset from the start of a room. Hems may be wider than the padding of the room.
+    static float on_sheet(double texels, std::int32_t room, std::int32_t room_length, std::int32_t length) {
+        return static_cast<float>((room + std::clamp(texels, 0.0, nearest_double(room_length))) / length);
     }
 
     const chart_set& charts_;
@@ -24263,6 +24382,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
         for (std::size_t k = 0; k < 3; ++k) moved.triangles[to + k] = place[mesh.triangles[i + k]];
     }
     moved.soft_edges = mesh.soft_edges;
+    for (const hem_vertex& h : mesh.hem_vertices) moved.hem_vertices.push_back({place[h.outer], place[h.inner]});
     return moved;
 }
 

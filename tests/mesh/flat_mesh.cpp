@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -243,6 +244,24 @@ TEST_CASE("a chart with two pixels at the same position is refused") {
     const ldi::buffer<float> disparity(4, 0.5F);
     ldi::serial_executor threads;
     REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, disparity), {}, charts, {}, threads), ldi::error);
+}
+
+TEST_CASE("charts of another image, disparities that are not finite, and distances out of order are refused") {
+    const ldi::graph g = ldi::make_grid(60, 60);
+    ldi::buffer<float> disparity(g.size(), 0.5F);
+    const ldi::chart_set charts = ldi::make_charts(ldi::testing::surfaces_of(g, disparity), {});
+    const ldi::graph small = ldi::make_grid(8, 8);
+    const ldi::chart_set other = ldi::make_charts(ldi::testing::surfaces_of(small, ldi::buffer<float>(64)), {});
+    const auto build = [&](const ldi::chart_set& c, const ldi::depth_range& range) {
+        return ldi::build_flat_mesh(ldi::testing::surfaces_of(g, disparity), range, c);
+    };
+    REQUIRE_NOTHROW(build(charts, {}));
+    REQUIRE_THROWS_AS(build(other, {}), ldi::error);
+    REQUIRE_THROWS_AS(build(charts, {0.0F, 1.0F}), ldi::error);
+    for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        disparity[100] = value;
+        REQUIRE_THROWS_AS(build(charts, {}), ldi::error);
+    }
 }
 
 TEST_CASE("an outline tolerance that reaches the studs is refused") {

@@ -1,10 +1,17 @@
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/mesh/build_mesh.hpp>
 #include <ldi/mesh/gather.hpp>
+#include <ldi/texture/atlas.hpp>
 
 #include <catch2/catch.hpp>
+#include <tests/mesh/random_charts.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
 
 using namespace ldi;
 
@@ -94,4 +101,37 @@ TEST_CASE("gather() refuses vertices whose pixels are not in the layers") {
     textured_mesh mesh = vertex_at(camera, 1, 1, 0);
     mesh.pixels.push_back(0);
     CHECK_THROWS_AS(gather<weight_column>(mesh, layers, camera), error);
+    mesh.pixels.pop_back();
+    mesh.hem_vertices.push_back({0, 1});
+    CHECK_THROWS_AS(gather<weight_column>(mesh, layers, camera), error);
+}
+
+TEST_CASE("on meshes of random layers, gather() gives the outer end of a hem the values of its inner end") {
+    std::size_t hems = 0;
+    for (std::uint32_t seed = 1; seed <= 200; ++seed) {
+        CAPTURE(seed);
+        std::mt19937 random(seed);
+        photo_layers layers(testing::random_linked_layers(random, 40));
+        for (std::size_t i = 0; i < layers.size(); ++i) {
+            layers.at<disparity_column>(i)[0] = static_cast<float>(random() % 1000) / 1000.0F;
+            layers.at<color_column>(i)[0] = static_cast<std::uint8_t>(random());
+        }
+        const graph_view g = layers.topology();
+        photo_facts facts;
+        facts.camera = {g.width(), g.height(), 50.0F};
+        facts.motion = 0.1F;
+        const chart_set charts = make_charts(layers, facts.surface);
+        const textured_mesh mesh = build_mesh(layers, facts, charts, make_atlas(layers, charts));
+        hems += mesh.hem_vertices.size();
+        buffer<std::uint8_t> colors;
+        REQUIRE_NOTHROW(colors = gather<color_column>(mesh, layers, facts.camera));
+        for (const hem_vertex& h : mesh.hem_vertices) {
+            REQUIRE(mesh.pixels[h.outer] == mesh.pixels[h.inner]);
+            REQUIRE(colors[3 * h.outer] == colors[3 * h.inner]);
+        }
+        // A wider camera sees most of the vertices elsewhere.
+        if (mesh.vertex_count() > 8 && g.width() > 4)
+            CHECK_THROWS_AS(gather<color_column>(mesh, layers, {g.width(), g.height(), 100.0F}), error);
+    }
+    CHECK(hems > 1000);
 }

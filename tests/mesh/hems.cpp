@@ -5,6 +5,7 @@
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
+#include <ldi/texture/atlas.hpp>
 
 #include <catch2/catch.hpp>
 #include <tests/support/lifted_scene.hpp>
@@ -37,8 +38,9 @@ struct scene_with_hidden_surfaces {
         visible = ldi::detail::find_visible(layers).disparity;
     }
 
-    ldi::buffer<ldi::detail::hem> hems() const {
-        return ldi::detail::hem_finder(flat, layers.topology(), layers.column<ldi::disparity_column>(), visible, facts).find();
+    ldi::buffer<ldi::detail::hem> hems(std::int32_t max_width = 4) const {
+        const auto disparity = layers.column<ldi::disparity_column>();
+        return ldi::detail::hem_finder(flat, layers.topology(), disparity, visible, facts, max_width).find();
     }
 };
 
@@ -97,6 +99,35 @@ TEST_CASE("hems are at most four pixels wide for any motion and surface rule, ev
             (of_motion ? hostile.facts.motion : hostile.facts.surface.max_step) = value;
             for (const ldi::detail::hem& h : hostile.hems()) REQUIRE(std::hypot(h.x, h.y) < 4.001F);
         }
+}
+
+TEST_CASE("a hem has its texture in the padding of its own chart, however thin this padding is") {
+    for (const std::int32_t padding : {1, 2, 4, 9}) {
+        std::mt19937 random(2);
+        std::size_t count = 0;
+        for (int round = 0; round < 20; ++round) {
+            const scene_with_hidden_surfaces s(random);
+            const ldi::chart_set charts = ldi::make_charts(s.layers, {});
+            ldi::atlas_options options;
+            options.padding.filter_padding = padding;
+            const ldi::texture_atlas atlas = ldi::make_atlas(s.layers, charts, options);
+            const ldi::textured_mesh mesh = ldi::build_mesh(s.layers, s.facts, charts, atlas);
+            count += mesh.hem_vertices.size();
+            for (const ldi::hem_vertex& h : mesh.hem_vertices) {
+                const std::size_t c = static_cast<std::size_t>(charts.chart_of[mesh.pixels[h.outer]]);
+                const ldi::chart& shape = charts.charts[c];
+                const ldi::chart_placement place = atlas.placements[c];
+                const auto is_within = [&](float texels, std::int32_t first, std::int32_t length) {
+                    return texels > static_cast<float>(first - padding) - 0.01F &&
+                           texels < static_cast<float>(first + length + padding) + 0.01F;
+                };
+                const float* const uv = mesh.texture_coordinates.data() + 2 * std::size_t{h.outer};
+                REQUIRE(is_within(uv[0] * static_cast<float>(atlas.color.width()), place.x, shape.width));
+                REQUIRE(is_within(uv[1] * static_cast<float>(atlas.color.height()), place.y, shape.height));
+            }
+        }
+        CHECK(count > 30);
+    }
 }
 
 TEST_CASE("a mesh stores hems after the vertices of their chart, and hems do not change these vertices") {

@@ -111,6 +111,28 @@ TEST_CASE("texture coordinates on a sheet follow from the vertices' positions in
     }
 }
 
+TEST_CASE("vertices stay in the rooms of their charts if sheets have less padding than the atlas") {
+    std::size_t hems = 0;
+    for (const char* name : names) {
+        const full_size_scene s = make_scene(name, 120, 160, 512);
+        hems += s.mesh.hem_vertices.size();
+        const sheet_layout thin = lay_out_sheets(s.made.layers, s.made.charts, s.made.atlas, s.photo.height(), s.photo.width(),
+                                                 {.max_side = 512, .padding = 1, .margin = s.made.facts.margin});
+        const textured_mesh mesh = move_to_sheets(s.made.mesh, s.made.charts, s.made.atlas, thin);
+        for (std::size_t t = 1; t < mesh.part_count(); ++t)
+            for (std::size_t v = mesh.part(t).first_vertex; v < mesh.part(t + 1).first_vertex; ++v) {
+                const atlas_rectangle room = thin.placements[s.made.charts.chart_of[mesh.pixels[v]]].room;
+                const float x = mesh.texture_coordinates[2 * v] * static_cast<float>(thin.sizes[t].width);
+                const float y = mesh.texture_coordinates[2 * v + 1] * static_cast<float>(thin.sizes[t].height);
+                REQUIRE(std::abs(x - static_cast<float>(room.x) - 0.5F * static_cast<float>(room.width)) <
+                        0.5F * static_cast<float>(room.width) + 0.01F);
+                REQUIRE(std::abs(y - static_cast<float>(room.y) - 0.5F * static_cast<float>(room.height)) <
+                        0.5F * static_cast<float>(room.height) + 0.01F);
+            }
+    }
+    CHECK(hems > 0);
+}
+
 TEST_CASE("a mesh on sheets has the same coverage and depth as on its atlas, without cracks between sheets") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 256);

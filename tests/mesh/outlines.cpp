@@ -156,6 +156,7 @@ TEST_CASE("the outline of a photo with one chart has one straight piece per side
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
     charts.charts.push_back({0, 0, 7, 5, {}});
+    for (std::int32_t i = 0; i < g.count(); ++i) charts.charts.front().pixels.push_back(i);
     const ldi::buffer<float> disparity(g.size(), 0.25F);
     const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
     REQUIRE(outlines.pieces.size() == 4);
@@ -171,6 +172,17 @@ TEST_CASE("the outline of a photo with one chart has one straight piece per side
 }
 
 #if LDI_HAS_EXCEPTIONS
+TEST_CASE("disparities and charts of another image are refused") {
+    const ldi::graph g = ldi::make_grid(3, 2);
+    ldi::chart_set charts;
+    charts.chart_of.assign(6, 0);
+    charts.charts.push_back({0, 0, 3, 2, {0, 1, 2, 3, 4, 5}});
+    REQUIRE_NOTHROW(ldi::trace_outlines(g, ldi::buffer<float>(6), charts));
+    REQUIRE_THROWS_AS(ldi::trace_outlines(g, ldi::buffer<float>(5), charts), ldi::error);
+    charts.chart_of[2] = 7;
+    REQUIRE_THROWS_AS(ldi::trace_outlines(g, ldi::buffer<float>(6), charts), ldi::error);
+}
+
 TEST_CASE("pixels that are not in canonical order are refused") {
     ldi::testing::sketched_graph g(2, 1);
     g.add_pixel(1, 0), g.add_pixel(0, 0);

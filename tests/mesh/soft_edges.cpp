@@ -19,6 +19,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <set>
 #include <utility>
@@ -204,6 +205,38 @@ TEST_CASE("a soft-edge strip goes around corners of 50 degrees, and tapers off a
     };
     CHECK(strip_around(50.0F).triangles.size() > 0);
     CHECK(strip_around(35.0F).triangles.empty());
+}
+
+TEST_CASE("a soft-edge strip has its texture in the padding of the atlas, and up to half a texel beyond") {
+    for (std::int32_t padding : {1, 2, 4, 20}) {
+        scene s(7);
+        ldi::atlas_options atlas_options;
+        atlas_options.padding.filter_padding = padding;
+        s.atlas = ldi::make_atlas(s.layers, s.charts, atlas_options);
+        ldi::mesh_options options = everywhere();
+        options.soft_edges.min_width = options.soft_edges.max_width = 64;
+        const ldi::soft_edge_strip strip = s.mesh(options).soft_edges;
+        REQUIRE(strip.vertex_count() > 20);
+        const auto texels = [&](std::uint32_t vertex, std::size_t axis) {
+            return strip.texture_coordinates[2 * vertex + axis] *
+                   static_cast<float>(axis == 0 ? s.atlas.color.width() : s.atlas.color.height());
+        };
+        for (std::uint32_t v = 0; v + 1 < strip.vertex_count(); ++v) {  // the outer end follows the inner end
+            if (strip.opacity[v] == 0 || strip.opacity[v + 1] != 0) continue;
+            const float width = std::hypot(texels(v, 0) - texels(v + 1, 0), texels(v, 1) - texels(v + 1, 1));
+            REQUIRE(width < static_cast<float>(padding) + 0.51F);
+        }
+    }
+}
+
+TEST_CASE("an infinite share gives every silhouette a soft-edge strip") {
+    const scene s(7);
+    ldi::mesh_options options = everywhere();
+    const ldi::textured_mesh all = s.mesh(options);
+    for (const float share : {1e18F, 1e30F, std::numeric_limits<float>::infinity()}) {
+        options.soft_edges.max_share = share;
+        REQUIRE(s.mesh(options).soft_edges.positions == all.soft_edges.positions);
+    }
 }
 
 TEST_CASE("a flat photo has no soft-edge strip") {

@@ -186,6 +186,25 @@ TEST_CASE("all pixels within the clearance of a stud's vertex belong to its char
 }
 
 #if LDI_HAS_EXCEPTIONS
+TEST_CASE("charts and outlines of another image or of other charts are refused") {
+    const ldi::graph g = ldi::make_grid(200, 200), small = ldi::make_grid(50, 50);
+    const ldi::buffer<float> disparity(g.size(), 0.5F), few(small.size(), 0.5F);
+    ldi::chart_set halves;
+    halves.charts = {{0, 0, 200, 100, {}}, {0, 100, 200, 100, {}}};
+    for (std::int32_t i = 0; i < 40000; ++i) {
+        halves.chart_of.push_back(i / 20000);
+        halves.charts[static_cast<std::size_t>(i / 20000)].pixels.push_back(i);
+    }
+    const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, whole(g));
+    const auto make = [&](const ldi::chart_set& charts, const ldi::chart_outlines& o) {
+        return ldi::make_studs(ldi::testing::surfaces_of(g, disparity), {}, charts, o);
+    };
+    REQUIRE_NOTHROW(make(whole(g), outlines));
+    REQUIRE_THROWS_AS(make(whole(small), outlines), ldi::error);
+    REQUIRE_THROWS_AS(make(halves, outlines), ldi::error);
+    REQUIRE_THROWS_AS(make(whole(g), ldi::trace_outlines(small, few, whole(small))), ldi::error);
+}
+
 TEST_CASE("stud options outside their range are refused") {
     const ldi::graph g = ldi::make_grid(4, 4);
     const ldi::buffer<float> disparity(g.size(), 0.0F);

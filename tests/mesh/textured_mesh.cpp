@@ -52,4 +52,5 @@ TEST_CASE("a mesh with inconsistent columns, indices or parts is refused") {
     CHECK(code_after([](m& x) { x.parts = {{1, 0}}; }) == error_code::invalid_data);
     CHECK(code_after([](m& x) { x.parts = {{0, 0}, {3, 1}, {2, 1}}; }, 3) == error_code::invalid_data);
     CHECK(code_after([](m& x) { x.parts = {{0, 0}, {2, 1}}; }, 2) == error_code::invalid_data);
+    CHECK(code_after([](m& x) { x.hem_vertices = {{0, 4}}; }) == error_code::invalid_data);
 }

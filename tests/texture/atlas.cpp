@@ -163,7 +163,7 @@ TEST_CASE("an image without pixels has an empty atlas") {
     CHECK(atlas.placements.empty());
 }
 
-TEST_CASE("a photo that does not fit and a padding below one texel are refused") {
+TEST_CASE("a photo that does not fit and a padding outside its range are refused") {
     const photo_layers layers(make_grid(100, 100));
     const chart_set charts = make_charts(layers, {});
     atlas_options options;
@@ -174,6 +174,10 @@ TEST_CASE("a photo that does not fit and a padding below one texel are refused")
     CHECK(message.find("atlas of 111 x 111 texels") != std::string::npos);
     CHECK(message.find("1 charts of 12544 texels") != std::string::npos);
     options = {};
-    options.padding.filter_padding = 0;
-    CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
+    for (const std::int32_t padding : {-1, 0, 1025, 1 << 29, 1 << 30, 0x7FFFFFFF}) {
+        options.padding.filter_padding = padding;
+        CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
+    }
+    options.padding.filter_padding = 9;
+    CHECK(make_atlas(layers, charts, options).filter_padding == 9);
 }

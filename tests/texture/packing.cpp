@@ -114,6 +114,14 @@ TEST_CASE("a sheet of the maximum size is tried before packing is refused") {
     CHECK_THROWS_AS(pack(std::vector<rectangle_size>(101, {1, 1}), 10), error);
 }
 
+TEST_CASE("rectangles without area are refused") {
+    for (const rectangle_size size : {rectangle_size{0, 0}, {1, 0}, {0, 1}, {-1, 1}}) {
+        const std::vector<rectangle_size> sizes{{2, 2}, size};
+        CHECK_THROWS_AS(pack(sizes, 16), error);
+        CHECK_THROWS_AS(pack_on_sheets(sizes, 16), error);
+    }
+}
+
 TEST_CASE("packing zero rectangles gives an empty sheet") {
     const packing packed = pack({}, 512);
     CHECK(packed.corners.empty());

@@ -2,6 +2,7 @@
 // inner vertices, mesh/studs.hpp), and triangulates (paper, section "Meshing", Figure "meshing" a to d).
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
@@ -12,10 +13,14 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/detail/chart_polygon.hpp>
 #include <ldi/mesh/detail/crossings.hpp>
+#include <ldi/mesh/detail/mesh_checks.hpp>
+#include <ldi/mesh/detail/stud_placer.hpp>
+#include <ldi/mesh/detail/stud_sampler.hpp>
 #include <ldi/mesh/flip.hpp>
+#include <ldi/mesh/mesh_options.hpp>
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/simplify.hpp>
-#include <ldi/mesh/studs.hpp>
+#include <ldi/mesh/stud_set.hpp>
 #include <ldi/mesh/triangulate.hpp>
 
 #include <algorithm>
@@ -27,22 +32,6 @@
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Options of soft edges (mesh/detail/soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in
-/// pixels.
-struct soft_edge_options {
-    float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
-    float max_width = 3.0F;  ///< maximum width, used where the matte extends far; keep it below the padding of the atlas
-    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
-    /// silhouette edges, only the edges with the largest steps in disparity have a strip.
-    float max_share = 0.08F;
-};
-
-struct mesh_options {
-    simplify_options outlines;
-    stud_options studs;
-    soft_edge_options soft_edges;
-};
 
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
@@ -68,8 +57,9 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option; mismatch if the pixels are not in canonical order or a chart has two pixels at one position; and
-/// too_large for a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if the charts are not a partition of the pixels, if the pixels are not in canonical order or
+/// if a chart has two pixels at one position; invalid_data for disparities that are not finite; and too_large for a bounding box
+/// above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -275,9 +265,12 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
             raise(error_code::too_large, "build_mesh",
                   "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
                   std::to_string(c.width) + " x " + std::to_string(c.height));
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    detail::check_range(range, "depth_range");
+    detail::check_disparities(disparity, "build_mesh");
     flat_mesh flat;
-    flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
-    flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);
+    flat.outlines = trace_outlines(layers.topology(), disparity, charts);
+    flat.studs = detail::place_studs(layers.topology(), disparity, range, charts, flat.outlines, options.studs);
     flat.charts.resize(charts.charts.size());
     simplified_boundary boundary(flat.outlines, options.outlines, range);
     detail::outline_repair(flat, boundary, charts, threads).triangulate_all();

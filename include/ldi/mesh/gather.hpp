@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -49,13 +50,13 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 }  // namespace detail
 
 /// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
-/// surface.
+/// surface. The outer end of a hem has the values of its inner end.
 ///
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
 /// Raises mismatch if the mesh refers to pixels outside the layers, or if a vertex does not project to a corner of its pixel,
-/// because it was moved or belongs to another camera. Time is linear.
+/// because it was moved or belongs to another camera; and invalid_data for hems outside the mesh. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -64,12 +65,16 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
+    detail::check_hems(mesh);
+    buffer<std::size_t> inner(mesh.pixels.size(), unset);  // per vertex: itself, or the inner end of its hem
+    std::iota(inner.begin(), inner.end(), std::size_t{0});
+    for (const hem_vertex& h : mesh.hem_vertices) inner[h.outer] = h.inner;
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
             raise(error_code::mismatch, "gather", "pixel indices below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
-        const float* position = mesh.positions.data() + 3 * v;
+        const float* position = mesh.positions.data() + 3 * inner[v];
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
         const float x = std::round(seen[0]), y = std::round(seen[1]);
         const detail::corner_pixels around = detail::pixels_around_corner(g, mesh.pixels[v], x, y);

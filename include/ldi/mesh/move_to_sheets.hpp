@@ -37,13 +37,14 @@ public:
         const rectangle_size size = layout_.sizes[place.sheet];
         const double x = double{u} * nearest_double(atlas_.color.width()) - from.x + shape.x;
         const double y = double{v} * nearest_double(atlas_.color.height()) - from.y + shape.y;
-        return {on_sheet(layout_.across.in_photo(x) - place.photo_x + place.room.x, size.width),
-                on_sheet(layout_.down.in_photo(y) - place.photo_y + place.room.y, size.height)};
+        return {on_sheet(layout_.across.in_photo(x) - place.photo_x, place.room.x, place.room.width, size.width),
+                on_sheet(layout_.down.in_photo(y) - place.photo_y, place.room.y, place.room.height, size.height)};
     }
 
 private:
-    static float on_sheet(double texels, std::int32_t length) {
-        return static_cast<float>(std::clamp(texels / length, 0.0, 1.0));
+    /// Returns a texture coordinate for an offset from the start of a room. Hems may be wider than the padding of the room.
+    static float on_sheet(double texels, std::int32_t room, std::int32_t room_length, std::int32_t length) {
+        return static_cast<float>((room + std::clamp(texels, 0.0, nearest_double(room_length))) / length);
     }
 
     const chart_set& charts_;
@@ -113,6 +114,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
         for (std::size_t k = 0; k < 3; ++k) moved.triangles[to + k] = place[mesh.triangles[i + k]];
     }
     moved.soft_edges = mesh.soft_edges;
+    for (const hem_vertex& h : mesh.hem_vertices) moved.hem_vertices.push_back({place[h.outer], place[h.inner]});
     return moved;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/core/graph.hpp>
@@ -12,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -58,9 +60,11 @@ struct chart_outlines {
 
 /// Traces the outlines of all charts.
 ///
-/// g          in canonical order (raises mismatch if not)
+/// g          in canonical order
 /// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
+///
+/// Raises mismatch if the pixels are not in canonical order, or if the arguments don't fit together.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
@@ -277,7 +281,10 @@ private:
 }  // namespace detail
 
 inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
-    LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
+    if (disparity.size() != g.size())
+        raise(error_code::mismatch, "trace_outlines", std::to_string(g.size()) + " disparities",
+              std::to_string(disparity.size()));
+    check_charts(charts, g, "trace_outlines");
     chart_outlines result;
     result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
     result.boundary_pixels = detail::pixels_with_boundary(result.boundary_sides);

@@ -29,16 +29,23 @@ struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
+/// A vertex at the outer end of a hem, and the outline vertex at its inner end. A hem is a strip that extends a hidden surface
+/// behind a nearer one (build_mesh).
+struct hem_vertex {
+    std::uint32_t outer, inner;
+};
+
 /// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
     buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex (at `inner` for a hem)
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
     /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
     buffer<mesh_part> parts = {};
+    buffer<hem_vertex> hem_vertices = {};  ///< all vertices at outer ends of hems
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
@@ -76,6 +83,14 @@ void check_triangles(const Mesh& mesh) {
                           (values == &mesh.positions ? "positions" : "texture_coordinates"));
 }
 
+/// Raises invalid_data for hems between vertices that the mesh lacks.
+inline void check_hems(const textured_mesh& mesh) {
+    for (const hem_vertex& h : mesh.hem_vertices)
+        if ((std::max)(h.outer, h.inner) >= mesh.vertex_count())
+            raise(error_code::invalid_data, "mesh", "hems between vertices below " + std::to_string(mesh.vertex_count()),
+                  std::to_string(h.inner) + " and " + std::to_string(h.outer));
+}
+
 }  // namespace detail
 
 /// Checks a mesh, for example after the caller changed it. Writers and renderers call this function, too. Raises mismatch unless
@@ -87,6 +102,7 @@ void check_triangles(const Mesh& mesh) {
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     detail::check_triangles(mesh);
     detail::check_triangles(mesh.soft_edges);
+    detail::check_hems(mesh);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {

@@ -31,6 +31,8 @@ struct texture_atlas {
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
     float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
+    /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh get their colors from it.
+    std::int32_t filter_padding = padding_options{}.filter_padding;
 };
 
 namespace detail {
@@ -56,7 +58,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding below 1; and mismatch for
+/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch for
 /// charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except
 /// for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32
 /// bytes per pixel and per texel.
@@ -64,10 +66,14 @@ template <has_columns<color_column, disparity_column, known_column> Layers, exec
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
-    if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+    if (padding < 1 || padding > max_filter_padding)
+        raise(error_code::invalid_option, "filter_padding", "1 to " + std::to_string(max_filter_padding),
+              std::to_string(padding));
     check_charts(charts, layers.topology(), "make_atlas");
 
-    const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
+    const auto blocks = [&](std::int32_t length) {
+        return static_cast<std::int32_t>((std::int64_t{length} + 2 * padding + macroblock_side - 1) / macroblock_side);
+    };
     buffer<rectangle_size> sizes;
     sizes.reserve(charts.charts.size());
     std::int64_t area = 0;  // in macroblocks
@@ -85,6 +91,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const packing packed = pack(sizes, max_blocks);
 
     texture_atlas atlas;
+    atlas.filter_padding = padding;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
     atlas.color = image<std::uint8_t>(atlas_height, atlas_width, 3, 128);

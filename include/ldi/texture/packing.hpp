@@ -92,6 +92,16 @@ private:
 
 namespace detail {
 
+/// Raises invalid_data for a rectangle without area, and too_large for one that is larger than a sheet.
+inline void check_rectangle(rectangle_size size, std::int32_t max_side, const char* where) {
+    if (size.width < 1 || size.height < 1)
+        raise(error_code::invalid_data, where, "rectangles of at least 1 x 1",
+              std::to_string(size.width) + " x " + std::to_string(size.height));
+    if (size.width > max_side || size.height > max_side)
+        raise(error_code::too_large, where, "rectangles with sides of at most " + std::to_string(max_side),
+              std::to_string(size.width) + " x " + std::to_string(size.height));
+}
+
 /// Returns the indices of the rectangles by descending longer side, shorter side and width, and then in the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
@@ -120,13 +130,14 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 }  // namespace detail
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets with aspect ratios from about 1:2 to 2:1 and keeps
-/// the smallest sheet. Raises too_large if no sheet up to max_side x max_side, in the unit of the sizes, is large enough.
+/// the smallest sheet. Raises invalid_data for a rectangle without area, and too_large if no sheet up to max_side x max_side, in
+/// the unit of the sizes, is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
     std::int64_t area = 0;
     for (const rectangle_size& s : sizes) {
-        LDI_ASSERT(s.width > 0 && s.height > 0);
+        detail::check_rectangle(s, max_side, "pack");
         largest = {(std::max)(largest.width, s.width), (std::max)(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
     }
@@ -176,17 +187,15 @@ struct sheet_packing {
 };
 
 /// Packs all rectangles, each at least 1 x 1, on sheets of up to max_side x max_side. Starts with the largest, and places each on
-/// the first sheet with enough room. Raises too_large for a rectangle that is larger than a sheet.
+/// the first sheet with enough room. Raises invalid_data for a rectangle without area, and too_large for one that is larger than
+/// a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
     buffer<packing_tree> trees;
     for (const std::size_t i : detail::packing_order(sizes)) {
         const rectangle_size size = sizes[i];
-        LDI_ASSERT(size.width > 0 && size.height > 0);
-        if (size.width > max_side || size.height > max_side)
-            raise(error_code::too_large, "pack_on_sheets", "rectangles with sides of at most " + std::to_string(max_side),
-                  std::to_string(size.width) + " x " + std::to_string(size.height));
+        detail::check_rectangle(size, max_side, "pack_on_sheets");
         std::size_t sheet = 0;
         while (sheet < trees.size() && !trees[sheet].insert(size, packed.corners[i])) ++sheet;
         if (sheet == trees.size()) {

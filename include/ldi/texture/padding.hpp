@@ -39,8 +39,10 @@ struct atlas_rectangle {
     std::int32_t x = 0, y = 0, width = 0, height = 0;
 };
 
+inline constexpr std::int32_t max_filter_padding = 1024;
+
 struct padding_options {
-    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns
+    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
 };
 

@@ -144,29 +144,26 @@ private:
     }
     visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
 
-    static std::int64_t cross(lattice_point center, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
-    }
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
     /// Whether the direction from v.at to p points into the interior at v, not along its edges.
     static bool inside(const visit& v, lattice_point p) {
-        const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
+        const std::int64_t whole = turn(v.at, v.to, v.from), a = turn(v.at, v.to, p), b = turn(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
         if (whole < 0) return !(a <= 0 && b <= 0);
         if (dot(v.at, v.to, v.from) < 0) return a > 0;
         return a != 0 || dot(v.at, v.to, p) < 0;
     }
     static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
-        return cross(center, p, q) == 0 && dot(center, p, q) > 0;
+        return turn(center, p, q) == 0 && dot(center, p, q) > 0;
     }
     static bool overlap(const visit& v, const visit& w) {
         return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
     }
 
     static int side(const edge& e, lattice_point p) {
-        const std::int64_t t = std::int64_t{e.b.x - e.a.x} * (p.y - e.a.y) - std::int64_t{e.b.y - e.a.y} * (p.x - e.a.x);
+        const std::int64_t t = turn(e.a, e.b, p);
         return t < 0 ? -1 : t > 0 ? 1 : 0;
     }
     static bool in_box(const edge& e, lattice_point p) {

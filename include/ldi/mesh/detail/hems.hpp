@@ -13,7 +13,6 @@
 #include <ldi/core/surface.hpp>
 #include <ldi/mesh/detail/outline_normals.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
-#include <ldi/texture/padding.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -37,11 +36,12 @@ class hem_finder {
 public:
     /// disparity  K values, one per pixel of `g`
     /// visible    H x W x 1: the largest disparity at each position; negative infinity where there is no surface
+    /// max_width  maximum width of a hem in pixels: the padding of the atlas, which is the texture of hems
     hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
-               const photo_facts& facts)
+               const photo_facts& facts, std::int32_t max_width)
         : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
         parallax_ = max_parallax(facts.camera.width, facts.camera.height, facts.motion);
-        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), max_width);
+        width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), nearest_float(max_width));
     }
 
     /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all are.
@@ -58,12 +58,9 @@ public:
 
 private:
     /// Maximum difference in disparity between a hem and the nearer surface in front of it, as a multiple of
-    /// surface_rule::max_step. A camera sees past a hem if the parallax of this difference exceeds the hem's width, so narrow
-    /// hems lie closer to the nearer surface.
+    /// surface_rule::max_step; tuned by experiment. A camera sees past a hem if the parallax of this difference exceeds the hem's
+    /// width, so narrow hems lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
-    /// Maximum width in pixels. The texture of a hem is the chart's padding in the atlas, so a hem is no wider than the default
-    /// padding.
-    static constexpr float max_width = static_cast<float>(padding_options{}.filter_padding);
     static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
                   mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
     /// Distances from an edge at which is_hidden() compares disparities, in pixels; positive distances lie outside the chart.
@@ -101,7 +98,8 @@ private:
             const plane_vector after = normal_after(i < last ? i : is_closed ? first : last - 1);
             const plane_vector before = normal_after(i > first ? i - 1 : is_closed ? last - 1 : first);
             plane_vector normal = before + after;
-            if (normal.length() < 0.5F) normal = before;  // a spike: its edges run in almost opposite directions
+            // Edges that double back within 29 degrees (2 asin(0.5 / 2)) form a spike, whose mean normal is unreliable.
+            if (normal.length() < 0.5F) normal = before;
             const float length = normal.length();
             if (!(length > 0)) continue;
             // Several surfaces may share the end corners of an open piece, so start half a pixel along the edge.
@@ -115,7 +113,7 @@ private:
     }
 
     /// Whether a nearer surface is visible at an end. Checks both sides of the edge, because simplified outlines may be off by a
-    /// pixel.
+    /// pixel. A surface counts as nearer if it lies half a step in front of the end; this share was tuned by experiment.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);

@@ -11,7 +11,9 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/mesh/detail/outline_normals.hpp>
+#include <ldi/mesh/detail/visible_surfaces.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
+#include <ldi/mesh/mesh_options.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
 #include <algorithm>
@@ -24,12 +26,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
-struct visible_surfaces {
-    static constexpr float nothing = -std::numeric_limits<float>::infinity();
-    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
-    image<std::uint8_t> matte;  ///< H x W x 1
-};
+/// Maximum factor by which a corner lengthens the strip, so that acute corners don't reach far. The exact factor is 1 / cos of
+/// half the turn; up to turns of 96 degrees it is below this limit.
+inline constexpr float max_miter = 1.5F;
+
+/// Returns options whose widths the padding of the atlas can color. The strip's outermost half texel may lie beyond the padding,
+/// because it is almost transparent.
+inline soft_edge_options limited_to(soft_edge_options options, std::int32_t padding) {
+    const float limit = (nearest_float(padding) + 0.5F) / max_miter;
+    options.min_width = (std::min)(options.min_width, limit), options.max_width = (std::min)(options.max_width, limit);
+    return options;
+}
 
 /// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
@@ -153,11 +160,11 @@ private:
             if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
             const plane_vector sum = normals_[before] + normals_[after];
             const float squared = sum.x * sum.x + sum.y * sum.y;
-            if (squared < 0.5F) continue;  // the edges form a spike
+            if (squared < 0.5F) continue;  // a spike: the edges double back within 41 degrees (2 asin(sqrt(0.5) / 2))
             const plane_vector normal = sum / std::sqrt(squared);
             // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
-            const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
+            const float miter = (std::min)(2.0F / std::sqrt(squared), max_miter);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
         }
     }
@@ -198,7 +205,7 @@ private:
     surface_rule surface_;
     const pinhole_camera& camera_;
     const depth_range& range_;
-    const soft_edge_options& options_;
+    soft_edge_options options_;
     std::array<std::int32_t, 2> to_atlas_{};
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
@@ -212,6 +219,4 @@ private:
     soft_edge_strip strip_;
 };
 
-}  // namespace detail
-
-}}  // namespace ldi
+}}}  // namespace ldi::detail

@@ -76,6 +76,7 @@ public:
     }
 
 private:
+    // These sizes, and the weights and the limit in slope(), were tuned by experiment.
     static constexpr int depth = 24;              // number of pixels measured inward from the border or the rim
     static constexpr std::ptrdiff_t radius = 16;  // of the window in smooth(), in pixels
 

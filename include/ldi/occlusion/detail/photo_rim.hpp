@@ -38,6 +38,7 @@ public:
     }
 
 private:
+    // All of these limits were tuned by experiment.
     static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
     static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
