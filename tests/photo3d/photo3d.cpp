@@ -218,9 +218,15 @@ TEST_CASE("invalid options are refused") {
     CHECK(is_refused([](ldi::photo3d_options& o) { o.expand.motion = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.texture.strength = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.grain.strength = -1.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.grain.rounds = 0; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.passes_before_resampling = -1; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.passes_before_resampling = 65; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.charts.max_side = 0; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.atlas.padding.filter_padding = 0; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.mesh.studs.spacing = 0; }));
+    for (const int rounds : {-1, 0, 65})
+        CHECK(ldi::testing::raised([&] { ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{rounds}); }) ==
+              ldi::error_code::invalid_option);
 }
 
 TEST_CASE("the smallest photos become 3D photos") {

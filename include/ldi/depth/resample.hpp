@@ -269,6 +269,7 @@ private:
 ///
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
+/// surface    rule by which neighboring samples belong to one surface
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.

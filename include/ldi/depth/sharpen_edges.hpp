@@ -132,6 +132,7 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// Sharpens depth edges. Returns h x w x 1.
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
+/// surface    rule by which neighboring samples belong to one surface
 ///
 /// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
 /// Memory is 40 bytes per sample.

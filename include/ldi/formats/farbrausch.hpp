@@ -22,8 +22,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
-///       float32
+/// bytes   the whole file
+/// where   name of the file in messages
+/// kind    number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
+///         float32
+/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
 /// describe a different kind of network.

@@ -67,7 +67,8 @@ struct glb_options {
 ///
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
-/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for a camera, a motion, a range or a
+/// index out of range, or if a texture is not a complete JPEG or PNG file; unsupported for a JPEG or PNG variant that
+/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a
 /// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});

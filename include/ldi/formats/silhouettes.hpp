@@ -16,7 +16,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes a silhouette network. Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
+/// Decodes a silhouette network.
+///
+/// bytes   the whole file
+/// where   name of the file in messages
+/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
+///
+/// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
 /// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
 /// band (depth/step_band.hpp) differ.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",

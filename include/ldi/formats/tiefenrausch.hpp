@@ -35,6 +35,10 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 /// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
 /// and "layout_long_side" are optional values of depth_network_sizes.
 ///
+/// bytes   the whole file
+/// where   name of the file in messages
+/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
+///
 /// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
 /// metadata describe a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",

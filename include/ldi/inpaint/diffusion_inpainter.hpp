@@ -2,6 +2,7 @@
 // This is fast, but the result is smooth and has no texture.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
@@ -11,20 +12,24 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d/suppliers.hpp).
 struct diffusion_inpainter {
-    /// Gauss-Seidel rounds on each level of the multigrid.
+    /// Gauss-Seidel rounds on each level of the multigrid, 1 to 64.
     int rounds = 6;
 
     /// Inpaints every pixel whose known_column is 0. A surface without any known pixel gets the mean of the known colors next to
-    /// unknown pixels elsewhere. Linear time; 4 bytes per pixel and up to 200 per unknown pixel.
+    /// unknown pixels elsewhere. Raises invalid_option for rounds outside [1, 64]. Linear time; 4 bytes per pixel and up to 200
+    /// per unknown pixel.
     ///
     /// layers  in canonical order
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
+        if (rounds < 1 || rounds > 64)
+            raise(error_code::invalid_option, "diffusion_inpainter, rounds", "1 to 64", std::to_string(rounds));
         detail::diffuse_unknown<3>(
             layers.topology(), layers.template column<known_column>(), rounds,
             [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },

@@ -35,7 +35,7 @@ struct grain_options {
     /// Maximum standard deviation that counts as noise, in gray levels, 0 to 255. Stronger detail is an edge, and is limited to
     /// this value.
     float limit = 20.0F;
-    /// Gauss-Seidel rounds on each level of the diffusion.
+    /// Gauss-Seidel rounds on each level of the diffusion, 1 to 64.
     int rounds = 4;
 };
 
@@ -108,6 +108,7 @@ inline void check_option(const char* name, float value, float minimum, float max
 inline void check_options(const grain_options& options) {
     check_option("grain_options, strength", options.strength, 0.0F, 100.0F);
     check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
+    check_option("grain_options, rounds", nearest_float(options.rounds), 1.0F, 64.0F);
 }
 
 /// Estimates the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
@@ -138,7 +139,7 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 }  // namespace detail
 
 /// Adds grain to every pixel whose known_column is 0; other pixels do not change. Raises invalid_option unless the strength is in
-/// [0, 100] and the limit in [0, 255].
+/// [0, 100], the limit in [0, 255], and the number of rounds in [1, 64].
 ///
 /// layers  in canonical order; every pixel has a color
 template <has_columns<color_column, known_column> Layers>

@@ -74,8 +74,8 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 /// Prepares an addition for add_u8().
 ///
 /// target  instruction set to prepare for; must be available (is_available()), else raises invalid_option. The kernel computes
-/// the
-///         integer form if no float form agrees with it on all 65,536 pairs
+///         the integer form if no float form agrees with it on all 65,536 pairs
+/// exact   the addition in integers
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     check_available("prepare_add_u8", kernel.set);

@@ -42,8 +42,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, in addition to the pass at the photo's resolution. At
-    /// the estimator's resolution, a blurred edge is only a few samples wide.
+    /// Number of weighted median passes at the estimator's own resolution, 0 to 64, in addition to the pass at the photo's
+    /// resolution. At the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
@@ -125,6 +125,9 @@ inline void check(const photo3d_options& options) {
               to_text(options.surface.max_step));
     if (!(options.max_sample_size >= 1.0F && options.max_sample_size <= 16.0F))
         raise(error_code::invalid_option, "photo3d_options, max_sample_size", "1 to 16", to_text(options.max_sample_size));
+    if (options.passes_before_resampling < 0 || options.passes_before_resampling > 64)
+        raise(error_code::invalid_option, "photo3d_options, passes_before_resampling", "0 to 64",
+              std::to_string(options.passes_before_resampling));
 }
 
 }  // namespace detail

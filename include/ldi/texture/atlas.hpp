@@ -58,10 +58,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch for
-/// charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except
-/// for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32
-/// bytes per pixel and per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch
+/// for charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels,
+/// except for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up
+/// to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {

@@ -48,9 +48,11 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 /// Packs PyTorch weights for conv_f32().
 ///
+/// target   instruction set for which to pack; must be available (is_available()), else raises invalid_option
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the total
 ///          number of channels of all sources, concatenated in order
 /// bias     outputs, 1 or more
+/// after    applied to the sums
 ///
 /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of weights is
 /// a positive multiple of outputs * kernel_size * kernel_size.
@@ -72,6 +74,8 @@ struct quantized_source {
 /// unsupported if the scale or the bias of an output is not finite in units of result.scale, or if kernel_size * kernel_size *
 /// channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
 ///
+/// target   as in pack_convolution()
+/// after    applied to the sums, before they are quantized; its slope must be in [0, 1]
 /// sources  channels and quantization of each source that the convolution will read, in order. The zero point must equal
 ///          basic_feature_view::zero of the source; nothing checks this, and a different one changes results where pixels are
 ///          missing
