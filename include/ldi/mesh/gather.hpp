@@ -66,15 +66,15 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
     detail::check_hems(mesh);
-    buffer<std::size_t> inner(mesh.pixels.size(), unset);  // per vertex: itself, or the inner end of its hem
-    std::iota(inner.begin(), inner.end(), std::size_t{0});
+    buffer<std::uint32_t> inner(mesh.pixels.size(), unset);  // per vertex: itself, or the inner end of its hem
+    std::iota(inner.begin(), inner.end(), std::uint32_t{0});
     for (const hem_vertex& h : mesh.hem_vertices) inner[h.outer] = h.inner;
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
             raise(error_code::mismatch, "gather", "pixel indices below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
-        const float* position = mesh.positions.data() + 3 * inner[v];
+        const float* position = mesh.positions.data() + 3 * std::size_t{inner[v]};
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
         const float x = std::round(seen[0]), y = std::round(seen[1]);
         const detail::corner_pixels around = detail::pixels_around_corner(g, mesh.pixels[v], x, y);

@@ -6,7 +6,7 @@
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/polygon.hpp>
 #include <ldi/mesh/simplify.hpp>
-#include <ldi/mesh/studs.hpp>
+#include <ldi/mesh/stud_set.hpp>
 
 #include <cstddef>
 #include <cstdint>
