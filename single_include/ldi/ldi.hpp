@@ -5470,8 +5470,8 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 /// Prepares an addition for add_u8().
 ///
 /// target  instruction set to prepare for; must be available (is_available()), else raises invalid_option. The kernel computes
-/// the
-///         integer form if no float form agrees with it on all 65,536 pairs
+///         the integer form if no float form agrees with it on all 65,536 pairs
+/// exact   the addition in integers
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     check_available("prepare_add_u8", kernel.set);
@@ -11279,9 +11279,11 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 /// Packs PyTorch weights for conv_f32().
 ///
+/// target   instruction set for which to pack; must be available (is_available()), else raises invalid_option
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the total
 ///          number of channels of all sources, concatenated in order
 /// bias     outputs, 1 or more
+/// after    applied to the sums
 ///
 /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of weights is
 /// a positive multiple of outputs * kernel_size * kernel_size.
@@ -11303,6 +11305,8 @@ struct quantized_source {
 /// unsupported if the scale or the bias of an output is not finite in units of result.scale, or if kernel_size * kernel_size *
 /// channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
 ///
+/// target   as in pack_convolution()
+/// after    applied to the sums, before they are quantized; its slope must be in [0, 1]
 /// sources  channels and quantization of each source that the convolution will read, in order. The zero point must equal
 ///          basic_feature_view::zero of the source; nothing checks this, and a different one changes results where pixels are
 ///          missing
@@ -16501,6 +16505,7 @@ private:
 ///
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
+/// surface    rule by which neighboring samples belong to one surface
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
@@ -16648,6 +16653,7 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// Sharpens depth edges. Returns h x w x 1.
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
+/// surface    rule by which neighboring samples belong to one surface
 ///
 /// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
 /// Memory is 40 bytes per sample.
@@ -18576,15 +18582,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d/suppliers.hpp).
 struct diffusion_inpainter {
-    /// Gauss-Seidel rounds on each level of the multigrid.
+    /// Gauss-Seidel rounds on each level of the multigrid, 1 to 64.
     int rounds = 6;
 
     /// Inpaints every pixel whose known_column is 0. A surface without any known pixel gets the mean of the known colors next to
-    /// unknown pixels elsewhere. Linear time; 4 bytes per pixel and up to 200 per unknown pixel.
+    /// unknown pixels elsewhere. Raises invalid_option for rounds outside [1, 64]. Linear time; 4 bytes per pixel and up to 200
+    /// per unknown pixel.
     ///
     /// layers  in canonical order
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
+        if (rounds < 1 || rounds > 64)
+            raise(error_code::invalid_option, "diffusion_inpainter, rounds", "1 to 64", std::to_string(rounds));
         detail::diffuse_unknown<3>(
             layers.topology(), layers.template column<known_column>(), rounds,
             [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
@@ -18632,7 +18641,7 @@ struct grain_options {
     /// Maximum standard deviation that counts as noise, in gray levels, 0 to 255. Stronger detail is an edge, and is limited to
     /// this value.
     float limit = 20.0F;
-    /// Gauss-Seidel rounds on each level of the diffusion.
+    /// Gauss-Seidel rounds on each level of the diffusion, 1 to 64.
     int rounds = 4;
 };
 
@@ -18705,6 +18714,7 @@ inline void check_option(const char* name, float value, float minimum, float max
 inline void check_options(const grain_options& options) {
     check_option("grain_options, strength", options.strength, 0.0F, 100.0F);
     check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
+    check_option("grain_options, rounds", nearest_float(options.rounds), 1.0F, 64.0F);
 }
 
 /// Estimates the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
@@ -18735,7 +18745,7 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 }  // namespace detail
 
 /// Adds grain to every pixel whose known_column is 0; other pixels do not change. Raises invalid_option unless the strength is in
-/// [0, 100] and the limit in [0, 255].
+/// [0, 100], the limit in [0, 255], and the number of rounds in [1, 64].
 ///
 /// layers  in canonical order; every pixel has a color
 template <has_columns<color_column, known_column> Layers>
@@ -20757,10 +20767,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch for
-/// charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except
-/// for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32
-/// bytes per pixel and per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch
+/// for charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels,
+/// except for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up
+/// to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -26016,8 +26026,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
-///       float32
+/// bytes   the whole file
+/// where   name of the file in messages
+/// kind    number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
+///         float32
+/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
 /// describe a different kind of network.
@@ -27214,7 +27227,8 @@ struct glb_options {
 ///
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
-/// index out of range, or if a texture is not a complete JPEG or PNG file; invalid_option for a camera, a motion, a range or a
+/// index out of range, or if a texture is not a complete JPEG or PNG file; unsupported for a JPEG or PNG variant that
+/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a
 /// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
@@ -27429,7 +27443,13 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes a silhouette network. Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
+/// Decodes a silhouette network.
+///
+/// bytes   the whole file
+/// where   name of the file in messages
+/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
+///
+/// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
 /// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
 /// band (depth/step_band.hpp) differ.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
@@ -27483,6 +27503,10 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 /// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
 /// and "layout_long_side" are optional values of depth_network_sizes.
 ///
+/// bytes   the whole file
+/// where   name of the file in messages
+/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
+///
 /// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
 /// metadata describe a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
@@ -27516,8 +27540,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo in millimeters, 1 to 1e5. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, in addition to the pass at the photo's resolution. At
-    /// the estimator's resolution, a blurred edge is only a few samples wide.
+    /// Number of weighted median passes at the estimator's own resolution, 0 to 64, in addition to the pass at the photo's
+    /// resolution. At the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
     /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
     /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
@@ -27599,6 +27623,9 @@ inline void check(const photo3d_options& options) {
               to_text(options.surface.max_step));
     if (!(options.max_sample_size >= 1.0F && options.max_sample_size <= 16.0F))
         raise(error_code::invalid_option, "photo3d_options, max_sample_size", "1 to 16", to_text(options.max_sample_size));
+    if (options.passes_before_resampling < 0 || options.passes_before_resampling > 64)
+        raise(error_code::invalid_option, "photo3d_options, passes_before_resampling", "0 to 64",
+              std::to_string(options.passes_before_resampling));
 }
 
 }  // namespace detail
