@@ -17195,6 +17195,20 @@ public:
         set_neighbor(b, opposite(s), a);
     }
 
+    /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
+    template <class See>
+    void show(See&& see) const {
+        graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
+        for (std::int32_t i = 0; i < all.count(); ++i) {
+            all.set_position(i, x(i), y(i));
+            for (const side s : all_sides) all.set_neighbor(i, s, neighbor(i, s));
+        }
+        buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
+        disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
+        const graph topology = std::move(all).build(unchecked);
+        see(graph_view(topology), std::span<const float>(disparity), base_.size());
+    }
+
     /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
     /// here. Only write_disparity() may follow.
     grown_pixels merge() {
@@ -17610,13 +17624,16 @@ struct expanded_layers {
 /// but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of two pixels at one position differ by
 /// more than surface_rule::max_step.
 ///
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
+/// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
+///
 /// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
 /// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
 /// up to 110 bytes per pixel.
-template <payload_column... Columns>
+template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
-                                   const progress_listener& progress = {}) {
+                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
@@ -17648,6 +17665,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         while (done < options.iterations && !expansion->is_finished(done) &&
                detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
             expansion->run_iteration(done++);
+            if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
+                expansion->pixels().show(after_iteration);
             progress.report("occluded geometry",
                             (std::min)(1.0F, detail::nearest_float(done) / detail::nearest_float(expected + 1)));
         }

@@ -22,6 +22,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -68,13 +69,16 @@ struct expanded_layers {
 /// but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of two pixels at one position differ by
 /// more than surface_rule::max_step.
 ///
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
+/// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
+///
 /// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
 /// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
 /// up to 110 bytes per pixel.
-template <payload_column... Columns>
+template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
-                                   const progress_listener& progress = {}) {
+                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
@@ -106,6 +110,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         while (done < options.iterations && !expansion->is_finished(done) &&
                detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
             expansion->run_iteration(done++);
+            if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
+                expansion->pixels().show(after_iteration);
             progress.report("occluded geometry",
                             (std::min)(1.0F, detail::nearest_float(done) / detail::nearest_float(expected + 1)));
         }

@@ -70,6 +70,20 @@ public:
         set_neighbor(b, opposite(s), a);
     }
 
+    /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
+    template <class See>
+    void show(See&& see) const {
+        graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
+        for (std::int32_t i = 0; i < all.count(); ++i) {
+            all.set_position(i, x(i), y(i));
+            for (const side s : all_sides) all.set_neighbor(i, s, neighbor(i, s));
+        }
+        buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
+        disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
+        const graph topology = std::move(all).build(unchecked);
+        see(graph_view(topology), std::span<const float>(disparity), base_.size());
+    }
+
     /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
     /// here. Only write_disparity() may follow.
     grown_pixels merge() {
