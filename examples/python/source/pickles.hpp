@@ -113,27 +113,35 @@ inline std::shared_ptr<charts_value> charts_from(const py::tuple& state) {
 inline py::tuple state_of(const atlas_value& atlas) {
     buffer<std::int32_t> places;
     for (const chart_placement& p : atlas.placements) places.push_back(p.x), places.push_back(p.y);
-    return py::make_tuple(version_text(), atlas.geometry, copy_of(atlas.color), copy_of(places, 2), atlas.fill);
+    return py::make_tuple(version_text(), atlas.geometry, copy_of(atlas.color), copy_of(places, 2), atlas.fill,
+                          atlas.filter_padding);
 }
 inline std::shared_ptr<atlas_value> atlas_from(const py::tuple& state) {
-    const py::tuple items = checked(state, 4);
+    const py::tuple items = checked(state, 5);
     auto atlas = std::make_shared<atlas_value>();
     atlas->geometry = items[0].cast<geometry_id>();
     atlas->color = image_of<std::uint8_t>(items[1], 3, "atlas");
     const buffer<std::int32_t> places = column_of<std::int32_t>(items[2], 2, "placements");
     for (std::size_t i = 0; i < places.size(); i += 2) atlas->placements.push_back({places[i], places[i + 1]});
     atlas->fill = items[3].cast<float>();
+    atlas->filter_padding = items[4].cast<std::int32_t>();
+    if (atlas->filter_padding < 1 || atlas->filter_padding > max_filter_padding)
+        raise(error_code::invalid_data, "pickle", "a filter_padding from 1 to " + std::to_string(max_filter_padding),
+              std::to_string(atlas->filter_padding));
     return atlas;
 }
 
 inline py::tuple state_of(const mesh_value& mesh) {
     const soft_edge_strip& soft = mesh.soft_edges;
+    buffer<std::uint32_t> hems;
+    for (const hem_vertex& h : mesh.hem_vertices) hems.push_back(h.outer), hems.push_back(h.inner);
     return py::make_tuple(version_text(), mesh.geometry, copy_of(mesh.positions, 3), copy_of(mesh.texture_coordinates, 2),
                           copy_of(mesh.pixels), copy_of(mesh.triangles, 3), copy_of(soft.positions, 3),
-                          copy_of(soft.texture_coordinates, 2), copy_of(soft.opacity), copy_of(soft.triangles, 3));
+                          copy_of(soft.texture_coordinates, 2), copy_of(soft.opacity), copy_of(soft.triangles, 3),
+                          copy_of(hems, 2));
 }
 inline std::shared_ptr<mesh_value> mesh_from(const py::tuple& state) {
-    const py::tuple items = checked(state, 9);
+    const py::tuple items = checked(state, 10);
     auto mesh = std::make_shared<mesh_value>();
     mesh->geometry = items[0].cast<geometry_id>();
     mesh->positions = column_of<float>(items[1], 3, "positions");
@@ -144,6 +152,8 @@ inline std::shared_ptr<mesh_value> mesh_from(const py::tuple& state) {
                         column_of<float>(items[6], 2, "texture_coordinates of soft edges"),
                         column_of<std::uint8_t>(items[7], 1, "opacity"),
                         column_of<std::uint32_t>(items[8], 3, "triangles of soft edges")};
+    const buffer<std::uint32_t> hems = column_of<std::uint32_t>(items[9], 2, "hem_vertices");
+    for (std::size_t i = 0; i < hems.size(); i += 2) mesh->hem_vertices.push_back({hems[i], hems[i + 1]});
     return mesh;
 }
 
