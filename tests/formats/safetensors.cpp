@@ -130,6 +130,16 @@ TEST_CASE("a header that is longer than the file or than the limit is refused") 
     CHECK(testing::raised([&] { decode_safetensors(long_one); }) == error_code::too_large);
 }
 
+TEST_CASE("the error for a file of another format names the format") {
+    const auto error_for = [](std::string_view text) {
+        const std::vector<std::byte> file = testing::bytes_of(text);
+        return message_of([&] { decode_safetensors(file); });
+    };
+    CHECK_THAT(error_for(std::string_view("\x89PNG\r\n\x1A\n\0\0\0\rIHDR", 16)),
+               Contains("expected a safetensors file, found a PNG file"));
+    CHECK_THAT(error_for("some lines of text"), Contains("a safetensors file, found 18 bytes of an unknown format"));
+}
+
 TEST_CASE("load_safetensors() reads a file by its path, and its errors name the path") {
     CHECK(testing::raised([] { load_safetensors("no/such.safetensors"); }) == error_code::file_access);
     const testing::scratch_folder folder;

@@ -121,6 +121,16 @@ TEST_CASE("errors name the operator, what was expected, and what was found") {
                    "expected 288 values for the shape, found 216"));
 }
 
+TEST_CASE("weights that are not square are refused, and so is an empty list of kernels beside them") {
+    const std::string square("shape\x30\x08\x30\x03\x30\x03\x30\x03", 13), oblong("shape\x30\x08\x30\x03\x30\x01\x30\x09", 13);
+    CHECK(contains(error_with(square, oblong, true), "kernels: expected a square kernel with the size of the weights, found 3"));
+    // Damages the network like the fuzzer's seed: readers skip field 7, so the list of kernels becomes empty.
+    const octets edits = ldi::testing::read_bytes(LDI_SOURCE_DIR "/tests/fuzz/corpus/caffe2/no_kernels");
+    REQUIRE(edits.size() == 16);
+    CHECK(contains(error_of(ldi::testing::damaged(ldi::testing::small_network(), edits.data(), edits.size())),
+                   "kernels: expected 2 integers, found 0"));
+}
+
 TEST_CASE("empty, truncated, swapped and unrelated files are refused") {
     const caffe2_files sound = ldi::testing::small_network();
     CHECK(contains(error_of({{}, sound.weights}), "network file: expected a Caffe2 network with operators, found 0 bytes"));

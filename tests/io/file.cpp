@@ -3,6 +3,13 @@
 #include <catch2/catch.hpp>
 #include <tests/support/files.hpp>
 
+#include <csignal>
+#if defined(__linux__)
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
+
 using namespace ldi;
 using namespace ldi::testing;
 
@@ -75,3 +82,30 @@ TEST_CASE("writing keeps a file's permissions, and follows symbolic links withou
     CHECK(read_file(folder / "closed") == bytes_of("closed"));
     CHECK(folder.file_count() == 4);
 }
+
+#if defined(__linux__)
+
+TEST_CASE("only the owner can read a file's new content before the file is replaced") {
+    const scratch_folder folder;
+    write_file(folder / "secret", bytes_of("old"));
+    std::filesystem::permissions(folder / "secret", std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+    // The child process dies in the middle of writing, because its files may have at most 1000 bytes.
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        const rlimit none{0, 0}, some{1000, 1000};
+        ::setrlimit(RLIMIT_CORE, &none), ::setrlimit(RLIMIT_FSIZE, &some);
+        std::signal(SIGXFSZ, SIG_DFL);
+        write_file(folder / "secret", byte_string(100'000));
+        ::_exit(0);
+    }
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    REQUIRE(WIFSIGNALED(status));
+    CHECK(folder.file_count() == 2);
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "."))
+        CHECK((entry.status().permissions() & ~std::filesystem::perms::owner_all) == std::filesystem::perms::none);
+    CHECK(read_file(folder / "secret") == bytes_of("old"));
+}
+
+#endif

@@ -3,6 +3,7 @@
 #include <ldi/io/photo_depth.hpp>
 
 #include <catch2/catch.hpp>
+#include <ldi/io/detail/heif_items.hpp>
 #include <ldi/io/picture.hpp>
 #include <tests/io/encoded_files.hpp>
 #include <tests/io/item_files.hpp>
@@ -69,6 +70,20 @@ TEST_CASE("XMP of many elements, attributes or levels needs bounded memory per b
     }
 }
 
+TEST_CASE("only the first 16 XMP packets of a JPEG file are read, and each is charged its page of memory") {
+    const byte_string packet = bytes_of("<a b:c='1' xmlns:b='u'/>");
+    detail::decoding_budget budget({}, {}, 0);
+    detail::xmp_properties xmp;
+    for (int i = 0; i < 1000; ++i) xmp.add(packet, budget, "file");
+    CHECK(xmp.all().size() == 16);
+    CHECK(budget.taken() > 16 * 32768);
+    CHECK(budget.taken() < 16 * 34'000);
+
+    byte_string segments;
+    for (int i = 0; i < 20'000; ++i) append(segments, xmp_segment("<a/>"));
+    CHECK(memory_per_byte(with_segments(small_jpeg, segments)) < 20);
+}
+
 TEST_CASE("a Multi-Picture Format directory that repeats its list of pictures is read only once") {
     constexpr std::uint32_t entries = 5000;
     byte_string tiff = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
@@ -122,6 +137,51 @@ TEST_CASE("one memory limit covers the photo, its depth map and the map's confid
 }
 
 #endif
+
+TEST_CASE("HEIC items with many properties, two configurations or too many coded units are refused") {
+    const auto code_of = [](const file_items& items, const byte_string& data) {
+        const byte_string file = item_file(items, data);
+        return raised([&] {
+            detail::decoding_budget budget({}, {}, file.size());
+            detail::heif_items(file, budget, "file").take_primary(budget);
+        });
+    };
+    byte_string record(23);  // of a decoder configuration without units, for lengths of one byte
+    const byte_string configuration = box("hvcC", record), data(10), size = size_box(64, 64);
+    const auto one_item = [&](const std::vector<std::uint32_t>& uses, std::size_t bytes) {
+        return file_items{{{1, "hvc1", {{0, bytes}}}}, {configuration, size}, {{1, uses}}};
+    };
+    std::vector<std::uint32_t> uses(64, 2);
+    uses[0] = 1;
+    CHECK_FALSE(code_of(one_item(uses, 10), data));
+    uses.push_back(2);
+    CHECK(code_of(one_item(uses, 10), data) == error_code::too_large);
+    file_items split = one_item(std::vector<std::uint32_t>(40, 2), 10);
+    split.uses.push_back(split.uses[0]);
+    CHECK(code_of(split, data) == error_code::too_large);
+    CHECK(code_of(one_item({1, 2, 1}, 10), data) == error_code::invalid_data);
+
+    // A grid of items that share one extent or one configuration, both with many units.
+    record[22] = std::byte{1};
+    append(record, bytes_of(std::string_view("\0\xFF\xFF", 3)));
+    record.resize(record.size() + 2 * 0xFFFF);
+    const byte_string canvas = grid_data(4, 1, 64, 256);
+    for (const bool in_configuration : {false, true})
+        for (const std::uint32_t tiles : {2U, 4U}) {
+            byte_string shared(in_configuration ? 10 : 100'000);
+            file_items grid{{{1, "grid", {{shared.size(), canvas.size()}}}},
+                            {in_configuration ? box("hvcC", record) : configuration, size},
+                            {{1, {2}}}};
+            grid.references.push_back({"dimg", 1, {}});
+            for (std::uint32_t i = 2; i < tiles + 2; ++i) {
+                grid.items.push_back({i, "hvc1", {{0, shared.size()}}});
+                grid.uses.push_back({i, {1, 2}});
+                grid.references[0].to.push_back(i);
+            }
+            append(shared, canvas);
+            CHECK(code_of(grid, shared) == (tiles == 2 ? std::nullopt : std::optional(error_code::too_large)));
+        }
+}
 
 #if defined(LDI_WITH_LIBHEIF)
 

@@ -99,7 +99,7 @@ private:
             if (!are_huffman_tables(body)) broken("a bad Huffman table");
         } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
             header_.exif = body.subspan(6);
-        } else if (marker == 0xE1 || marker == 0xE2) {
+        } else if ((marker == 0xE1 || marker == 0xE2) && body.size() > 12) {  // shorter ones contain only the name of their kind
             header_.extensions.push_back(body);
         } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
             adobe_ = true;

@@ -9,6 +9,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/formats/detail/json.hpp>
+#include <ldi/formats/picture_header.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -53,12 +54,6 @@ inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
 inline constexpr std::size_t max_dimensions = 8;
 inline constexpr int max_nesting = 3;  ///< three levels: the header, a tensor, and its shape
 
-inline std::uint32_t little_endian(const std::byte* bytes, int size) {
-    std::uint32_t value = 0;
-    for (int i = 0; i < size; ++i) value |= std::to_integer<std::uint32_t>(bytes[i]) << (8 * i);
-    return value;
-}
-
 /// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
@@ -71,7 +66,7 @@ inline float half_to_float(std::uint32_t half) {
 template <class Scalar, class Decode>
 buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_bytes, Decode&& decode) {
     buffer<Scalar> values(bytes.size() / scalar_bytes);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = decode(bytes.data() + i * scalar_bytes);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = decode(bytes.subspan(i * scalar_bytes, scalar_bytes));
     return values;
 }
 
@@ -83,14 +78,14 @@ inline std::size_t scalar_size(std::string_view type) {
 }
 
 inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, std::string_view type) {
-    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_of(little_endian(b, 4)); });
-    if (type == "F16") return decoded<float>(bytes, 2, [](const std::byte* b) { return half_to_float(little_endian(b, 2)); });
-    if (type == "BF16") return decoded<float>(bytes, 2, [](const std::byte* b) { return float_of(little_endian(b, 2) << 16); });
+    using scalar = std::span<const std::byte>;
+    if (type == "F32") return decoded<float>(bytes, 4, [](scalar b) { return float_of(little_endian_32(b, 0)); });
+    if (type == "F16") return decoded<float>(bytes, 2, [](scalar b) { return half_to_float(little_endian_16(b, 0)); });
+    if (type == "BF16") return decoded<float>(bytes, 2, [](scalar b) { return float_of(little_endian_16(b, 0) << 16); });
     if (type == "I32")
-        return decoded<std::int32_t>(bytes, 4, [](const std::byte* b) { return static_cast<std::int32_t>(little_endian(b, 4)); });
-    if (type == "I8")
-        return decoded<std::int8_t>(bytes, 1, [](const std::byte* b) { return static_cast<std::int8_t>(little_endian(b, 1)); });
-    return decoded<std::uint8_t>(bytes, 1, [](const std::byte* b) { return std::to_integer<std::uint8_t>(*b); });
+        return decoded<std::int32_t>(bytes, 4, [](scalar b) { return static_cast<std::int32_t>(little_endian_32(b, 0)); });
+    if (type == "I8") return decoded<std::int8_t>(bytes, 1, [](scalar b) { return static_cast<std::int8_t>(byte_at(b, 0)); });
+    return decoded<std::uint8_t>(bytes, 1, [](scalar b) { return static_cast<std::uint8_t>(byte_at(b, 0)); });
 }
 
 /// A tensor's entry in the header: its type, its shape, and the range of its bytes.
@@ -171,7 +166,10 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     using namespace detail::safetensors;
     if (bytes.size() < 8)
         raise(error_code::invalid_data, where, "at least 8 bytes, the header's length", std::to_string(bytes.size()) + " bytes");
-    const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
+    const std::uint64_t header_bytes = detail::little_endian_32(bytes, 0) | std::uint64_t{detail::little_endian_32(bytes, 4)}
+                                                                                << 32;
+    if (header_bytes > bytes.size() - 8 && !detail::has_text(bytes, 8, "{"))
+        raise(error_code::invalid_data, where, "a safetensors file", describe_format(bytes));
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
               std::to_string(bytes.size() - 8) + " bytes in total");

@@ -152,8 +152,9 @@ private:
         const std::int64_t outputs = weights.shape[0], kernel = weights.shape[1], inputs = weights.shape[3];
         const std::int64_t group = op.integer("group"), pad = op.equal_integers("pads", 4),
                            dilation = op.equal_integers("dilations", 2);
-        if (weights.shape[2] != kernel || op.equal_integers("kernels", 2) != kernel)
-            op.fail("kernels", "a square kernel with the size of the weights", std::to_string(op.integers("kernels")[0]));
+        const std::int64_t stated = op.equal_integers("kernels", 2);
+        if (weights.shape[2] != kernel || stated != kernel)
+            op.fail("kernels", "a square kernel with the size of the weights", std::to_string(stated));
         if (pad != kernel / 2) op.fail("pads", std::to_string(kernel / 2), std::to_string(pad));
         if (dilation != 1) op.fail("dilations", "1", std::to_string(dilation));
         if (group != 1 && (group != outputs || inputs != 1))

@@ -110,6 +110,18 @@ inline int write_bytes(const std::filesystem::path& path, std::span<const std::b
 
 namespace detail {
 
+/// Creates an empty file. Returns 0 or an error number.
+///
+/// is_private  whether only the owner may open the file, on systems that have such permissions
+inline int create_file(const std::filesystem::path& path, [[maybe_unused]] bool is_private) {
+#if defined(__unix__) || defined(__APPLE__)
+    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, is_private ? 0600 : 0666);
+    return file < 0 || ::close(file) != 0 ? last_error() : 0;
+#else
+    return write_bytes(path, {});
+#endif
+}
+
 /// Returns a random file name in the folder. Its 64 random bits make it practically certain that no file has the name.
 inline std::filesystem::path temporary_name(const std::filesystem::path& folder) {
     std::random_device random;
@@ -138,7 +150,9 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     if (exists && !std::fstream(target, std::ios::binary | std::ios::in | std::ios::out))
         raise(error_code::file_access, path.string(), expected, "a protected file");
     const std::filesystem::path temporary = detail::temporary_name(folder);
-    int error_number = write_bytes(temporary, bytes);
+    // The permissions of an existing file may be narrower than the default, so nobody else may open the temporary file earlier.
+    int error_number = detail::create_file(temporary, exists);
+    if (error_number == 0) error_number = write_bytes(temporary, bytes);
     if (error_number == 0) error_number = synchronize(temporary);
     if (error_number == 0 && exists) std::filesystem::permissions(temporary, status.permissions(), failure);
     if (error_number == 0) {

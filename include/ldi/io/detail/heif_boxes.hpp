@@ -80,7 +80,7 @@ public:
 private:
     // No file from a camera reaches these limits. libheif's run time grows with the square of the number of items, and with the
     // number of references.
-    static constexpr std::size_t max_boxes = 100'000, max_items = 4096, max_entries = 65'536;
+    static constexpr std::size_t max_boxes = 100'000, max_items = 4096, max_entries = 65'536, max_properties = 64;
 
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
 
@@ -212,10 +212,12 @@ private:
             for (std::uint64_t left = list.next(4); left > 0; --left) {
                 count(associations, 1, max_entries, "associations of properties");
                 const auto found = items.find(list.next_32(id_size));
+                std::size_t of_item = found == items.end() ? 0 : found->second.properties.size();
                 for (std::uint64_t more = list.next(1); more > 0; --more) {
                     const std::size_t index = is_long ? list.next_32(2) & 0x7FFF : list.next_32(1) & 0x7F;
-                    if (index > 0 && index <= properties.size() && found != items.end())
-                        found->second.properties.push_back(index - 1);
+                    if (index == 0 || index > properties.size() || found == items.end()) continue;
+                    count(of_item, 1, max_properties, "properties of an item");
+                    found->second.properties.push_back(index - 1);
                 }
             }
         });

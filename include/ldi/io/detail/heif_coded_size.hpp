@@ -88,10 +88,11 @@ inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
 
 /// Returns the largest width and height that the sequence parameter sets of an item state.
 ///
-/// data  NAL units, each preceded by its length in `length_size` bytes
-inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t length_size) {
+/// data        NAL units, each preceded by its length in `length_size` bytes
+/// units_left  number of units to read at most; reduced by the number of units read
+inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t length_size, std::size_t& units_left) {
     coded_size largest;
-    while (data.size() > length_size) {
+    for (; data.size() > length_size && units_left > 0; --units_left) {
         std::size_t length = 0;
         for (std::size_t i = 0; i < length_size; ++i) length = length << 8 | byte_at(data, i);
         data = data.subspan(length_size);
@@ -105,13 +106,14 @@ inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t
 /// Returns the largest width and height that the sequence parameter sets of a decoder configuration state.
 ///
 /// hvcc  the decoder configuration record
-inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc) {
+inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc, std::size_t& units_left) {
     coded_size largest;
     if (hvcc.size() < 23) return largest;
     std::size_t at = 23;
     for (unsigned arrays = byte_at(hvcc, 22); arrays > 0 && at + 3 <= hvcc.size(); --arrays) {
         at += 3;
-        for (unsigned units = big_endian_16(hvcc, at - 2); units > 0 && at + 2 <= hvcc.size(); --units) {
+        for (unsigned units = big_endian_16(hvcc, at - 2); units > 0 && at + 2 <= hvcc.size() && units_left > 0; --units) {
+            --units_left;
             const std::size_t length = (std::min)(std::size_t{big_endian_16(hvcc, at)}, hvcc.size() - at - 2);
             largest.include(size_in_hevc_unit(hvcc.subspan(at + 2, length)));
             at += 2 + length;
@@ -174,10 +176,10 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
 /// Returns the largest width and height that the AV1 sequence headers allow.
 ///
 /// units  open bitstream units, from an item or its configuration
-inline coded_size size_in_av1_units(std::span<const std::byte> units) {
+inline coded_size size_in_av1_units(std::span<const std::byte> units, std::size_t& units_left) {
     constexpr unsigned sequence_header = 1;
     coded_size largest;
-    while (!units.empty()) {
+    for (; !units.empty() && units_left > 0; --units_left) {
         const unsigned head = byte_at(units, 0);
         std::size_t at = (head & 4) != 0 ? 2 : 1, size = 0;
         const bool has_size = (head & 2) != 0;

@@ -17,6 +17,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -69,6 +70,9 @@ private:
     // No camera's file reaches this limit: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
     static constexpr double max_pictures = 4096;
     static constexpr int max_depth = 8;  ///< maximum nesting of derived pictures
+    // NAL units of HEVC or open bitstream units of AV1, in all items. Items may share their data and configurations, so the
+    // number that is read may be far above the number in the file.
+    static constexpr std::size_t max_units = std::size_t{1} << 18;
 
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
 
@@ -136,22 +140,29 @@ private:
         c.pixels *= c.width * c.height;
     }
 
-    void read_coded(const heif_item& item, cost& c) const {
+    void read_coded(const heif_item& item, cost& c) {
         // libheif 1.15 reads nothing from an extent without a length, and its AV1 decoder leaks memory if it receives no data.
         if (item.has_open_end) broken("a picture whose data has no stated length");
-        if (contiguous(item).empty()) broken("a picture without data");
+        const std::span<const std::byte> data = contiguous(item);
+        if (data.empty()) broken("a picture without data");
         coded_size size;
+        bool is_configured = false;
         for (const std::size_t index : item.properties) {
             const heif_property& p = boxes_.properties[index];
+            if (p.type != "hvcC" && p.type != "av1C") continue;
+            // Each configuration reads the picture's data once more.
+            if (std::exchange(is_configured, true)) broken("a picture with two configurations of its decoder");
             if (p.type == "hvcC" && p.body.size() > 21) {
-                size.include(size_in_hevc_configuration(p.body));
-                size.include(size_in_hevc_item(contiguous(item), (byte_at(p.body, 21) & 3) + 1));
+                size.include(size_in_hevc_configuration(p.body, units_left_));
+                size.include(size_in_hevc_item(data, (byte_at(p.body, 21) & 3) + 1, units_left_));
             }
             if (p.type == "av1C" && p.body.size() >= 4) {
-                size.include(size_in_av1_units(p.body.subspan(4)));
-                size.include(size_in_av1_units(contiguous(item)));
+                size.include(size_in_av1_units(p.body.subspan(4), units_left_));
+                size.include(size_in_av1_units(data, units_left_));
             }
         }
+        if (units_left_ == 0)
+            raise(error_code::too_large, where_, "fewer than " + std::to_string(max_units) + " coded units", "more");
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
         // Bytes per pixel: for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and
         // the additional memory of an AV1 decoder.
@@ -214,6 +225,7 @@ private:
     const std::string& where_;
     std::map<std::uint32_t, cost> costs_;
     mutable buffer<std::byte> joined_;
+    std::size_t units_left_ = max_units;
 };
 
 }}}  // namespace ldi::detail

@@ -20,8 +20,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// padded to even sizes.
 inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
     for (std::size_t at = 12; at + 8 <= bytes.size();) {
-        std::size_t size = 0;
-        for (std::size_t i = 4; i-- > 0;) size = size << 8 | byte_at(bytes, at + 4 + i);
+        const std::size_t size = little_endian_32(bytes, at + 4);
         if (size > bytes.size() - at - 8) break;
         if (has_text(bytes, at, name)) return bytes.subspan(at + 8, size);
         at += 8 + size + size % 2;

@@ -45,8 +45,9 @@ inline std::optional<double> leading_number(std::string_view text) {
 /// Properties of one or more packets. A damaged packet contributes only the properties before the damage.
 class xmp_properties {
 public:
-    /// Adds the properties of a packet. Raises too_large.
+    /// Adds the properties of a packet. Ignores packets after the first 16, more than any real photo has. Raises too_large.
     void add(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
+        if (documents_.size() == max_packets) return;
         take(packet, budget, where);
         documents_.push_back(std::make_unique<pugi::xml_document>());
         pugi::xml_document& document = *documents_.back();
@@ -76,12 +77,13 @@ public:
     }
 
 private:
-    /// Charges the memory for parsing. pugixml allocates at most 64 bytes per element, text and attribute. Each "<" starts at
-    /// most one element and one text, and each "=" belongs to at most one attribute.
+    /// Charges the memory for parsing. pugixml allocates a page of 32 KiB for each packet, twice the packet's size if it converts
+    /// the packet to UTF-8, and at most 64 bytes per element, text and attribute. Each "<" starts at most one element and one
+    /// text, and each "=" belongs to at most one attribute.
     static void take(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
         const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
         const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
-        budget.take(nearest_double(packet.size()) + 128 * nearest_double(marks), where,
+        budget.take(33'000 + 2 * nearest_double(packet.size()) + 128 * nearest_double(marks), where,
                     "XMP of " + std::to_string(packet.size()) + " bytes");
     }
 
@@ -130,7 +132,7 @@ private:
 
     // Limits far above the numbers in any real packet. Without them, the search for namespaces in a hostile packet could run
     // for hours.
-    static constexpr std::size_t max_properties = 10'000, max_prefix = 64, max_space = 256;
+    static constexpr std::size_t max_packets = 16, max_properties = 10'000, max_prefix = 64, max_space = 256;
     static constexpr int max_levels = 64, max_attributes = 256;
 
     std::vector<std::unique_ptr<pugi::xml_document>> documents_;
