@@ -25834,298 +25834,6 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/formats/safetensors.hpp
-// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
-// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/weight_files.hpp
-// loads them from disk.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
-/// size.
-///
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
-/// where  name of the file in messages
-///
-/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). Messages
-/// about a tensor name it.
-named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
-
-namespace detail {
-
-/// Raises mismatch unless the metadata have the value `expected` for `key`.
-///
-/// what  kind of file, for the error message; for example "a depth network"
-inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
-                           const std::string& expected) {
-    const auto found = file.metadata.find(key);
-    if (found == file.metadata.end() || found->second != expected)
-        raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
-              found == file.metadata.end() ? "none" : printable(found->second));
-}
-
-}  // namespace detail
-
-namespace detail::safetensors {
-
-inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
-inline constexpr std::size_t max_dimensions = 8;
-inline constexpr int max_nesting = 3;  ///< three levels: the header, a tensor, and its shape
-
-inline std::uint32_t little_endian(const std::byte* bytes, int size) {
-    std::uint32_t value = 0;
-    for (int i = 0; i < size; ++i) value |= std::to_integer<std::uint32_t>(bytes[i]) << (8 * i);
-    return value;
-}
-
-/// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
-inline float half_to_float(std::uint32_t half) {
-    const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
-    if (exponent == 31) return float_of(sign | 0x7F800000 | (fraction << 13));
-    if (exponent != 0) return float_of(sign | ((exponent + 112) << 23) | (fraction << 13));
-    const float value = nearest_float(fraction) * 0x1p-24F;  // subnormal
-    return sign != 0 ? -value : value;
-}
-
-template <class Scalar, class Decode>
-buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_bytes, Decode&& decode) {
-    buffer<Scalar> values(bytes.size() / scalar_bytes);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = decode(bytes.data() + i * scalar_bytes);
-    return values;
-}
-
-/// Returns the size of one value in bytes; 0 for an unsupported type.
-inline std::size_t scalar_size(std::string_view type) {
-    if (type == "F32" || type == "I32") return 4;
-    if (type == "F16" || type == "BF16") return 2;
-    return type == "I8" || type == "U8" ? 1 : 0;
-}
-
-inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, std::string_view type) {
-    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_of(little_endian(b, 4)); });
-    if (type == "F16") return decoded<float>(bytes, 2, [](const std::byte* b) { return half_to_float(little_endian(b, 2)); });
-    if (type == "BF16") return decoded<float>(bytes, 2, [](const std::byte* b) { return float_of(little_endian(b, 2) << 16); });
-    if (type == "I32")
-        return decoded<std::int32_t>(bytes, 4, [](const std::byte* b) { return static_cast<std::int32_t>(little_endian(b, 4)); });
-    if (type == "I8")
-        return decoded<std::int8_t>(bytes, 1, [](const std::byte* b) { return static_cast<std::int8_t>(little_endian(b, 1)); });
-    return decoded<std::uint8_t>(bytes, 1, [](const std::byte* b) { return std::to_integer<std::uint8_t>(*b); });
-}
-
-/// A tensor's entry in the header: its type, its shape, and the range of its bytes.
-struct entry {
-    std::string name, type;
-    buffer<std::size_t> shape;
-    std::size_t begin = 0, end = 0;
-};
-
-/// Reads one entry of the header and checks its parts against each other and against the size of the data.
-inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
-    const auto here = [&] { return where + ", tensor " + printable(name); };
-    const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or an invalid value");
-    };
-    const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
-        part(key, values.kind == json_kind::array);
-        buffer<std::size_t> result;
-        for_each_element(values, [&](const json_value& value) {
-            const std::optional<std::uint64_t> size = whole_number(value);
-            part(key, result.size() < max_count && size && *size <= (std::numeric_limits<std::size_t>::max)());
-            result.push_back(static_cast<std::size_t>(*size));
-        });
-        return result;
-    };
-    part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // found in one pass, because a header may have a hundred thousand entries
-    int members = 0;
-    for_each_member(line, [&](const std::string& key, const json_value& value) {
-        ++members;
-        if (key == "dtype") type = value;
-        if (key == "shape") shape = value;
-        if (key == "data_offsets") place = value;
-    });
-    entry result;
-    result.name = name;
-    part("dtype", type.kind == json_kind::string);
-    result.type = unescaped(type.text);
-    result.shape = sizes("shape", shape, max_dimensions);
-    const buffer<std::size_t> offsets = sizes("data_offsets", place, 2);
-    part("data_offsets", offsets.size() == 2 && members == 3);
-    result.begin = offsets[0], result.end = offsets[1];
-
-    const std::size_t scalar_bytes = scalar_size(result.type);
-    if (scalar_bytes == 0) raise(error_code::unsupported, here(), "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
-    if (result.begin > result.end || result.end > data_bytes)
-        raise(error_code::invalid_data, here(), "values inside the " + std::to_string(data_bytes) + " bytes of data",
-              "bytes " + std::to_string(result.begin) + " to " + std::to_string(result.end));
-    std::size_t needed = scalar_bytes;
-    for (std::size_t length : result.shape) {
-        if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
-        needed *= length;
-    }
-    if (needed != result.end - result.begin)
-        raise(error_code::invalid_data, here(),
-              std::to_string(needed) + " bytes for " + shape_text(result.shape) + " of " + result.type,
-              std::to_string(result.end - result.begin));
-    return result;
-}
-
-inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
-    if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that are a JSON object", std::string(kind_text(line.kind)));
-    decltype(named_tensors::metadata) result;
-    for_each_member(line, [&](const std::string& key, const json_value& value) {
-        if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata with string values",
-                  std::string(kind_text(value.kind)) + " for " + printable(key));
-        result.emplace(key, unescaped(value.text));
-    });
-    return result;
-}
-
-}  // namespace detail::safetensors
-
-inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
-    using namespace detail::safetensors;
-    if (bytes.size() < 8)
-        raise(error_code::invalid_data, where, "at least 8 bytes, the header's length", std::to_string(bytes.size()) + " bytes");
-    const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
-    if (header_bytes > bytes.size() - 8)
-        raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
-              std::to_string(bytes.size() - 8) + " bytes in total");
-    if (header_bytes > max_header_bytes)
-        raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
-              std::to_string(header_bytes));
-    const std::size_t text_bytes = static_cast<std::size_t>(header_bytes);
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, text_bytes);
-    const std::span<const std::byte> data = bytes.subspan(8 + text_bytes);
-
-    named_tensors result;
-    result.where = where;
-    buffer<entry> entries;
-    const detail::json_value header = detail::read_json_object(text, max_nesting, where);
-    detail::for_each_member(header, [&](const std::string& name, const detail::json_value& line) {
-        if (name == "__metadata__")
-            result.metadata = checked_metadata(line, where);
-        else
-            entries.push_back(checked_entry(name, line, data.size(), where));
-    });
-
-    // Checks that the tensors fill the data without gap or overlap. They then need at most twice the memory of the file, because
-    // half-precision numbers become float.
-    std::sort(entries.begin(), entries.end(),
-              [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
-    std::size_t filled = 0;
-    for (const entry& e : entries) {
-        if (e.begin != filled)
-            raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
-                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
-                  "byte " + std::to_string(e.begin));
-        filled = e.end;
-    }
-    if (filled != data.size())
-        raise(error_code::invalid_data, where, "tensors that fill " + std::to_string(data.size()) + " bytes of data",
-              std::to_string(filled));
-    for (entry& e : entries) {
-        decltype(tensor::values) values = decode_values(data.subspan(e.begin, e.end - e.begin), e.type);
-        result.tensors.emplace(std::move(e.name), tensor{std::move(e.shape), std::move(values)});
-    }
-    return result;
-}
-
-}}  // namespace ldi
-
-// ---- ldi/formats/farbrausch.hpp
-// Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
-// examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
-// PartialConv. io/weight_files.hpp loads both from files.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Decodes an inpainting network.
-///
-/// bytes   the whole file
-/// where   name of the file in messages
-/// kind    number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
-///         float32
-/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
-///
-/// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
-/// describe a different kind of network.
-farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
-                             std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
-
-namespace detail {
-
-/// Returns how the network treats missing colors. The metadata state the network's name.
-inline missing_colors parse_missing_colors(const named_tensors& file) {
-    check_metadata(file, "an inpainting network", "format", "ldi");
-    const auto name = file.metadata.find("name");
-    if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
-    if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
-    raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
-          name == file.metadata.end() ? "none" : printable(name->second));
-}
-
-/// Reads the architecture from the metadata, which must describe a network that farbrausch can compute.
-inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
-    inpainting_architecture result;
-    result.missing = parse_missing_colors(file);
-    const bool has_fills = result.missing == missing_colors::filled;
-    const auto found = file.metadata.find("architecture");
-    if (found == file.metadata.end())
-        raise(error_code::mismatch, where, "an inpainting network, with its architecture in the metadata", "none");
-    const std::string here = where + ", architecture";
-    const json_value text = read_json_object(found->second, 3, here);
-
-    // Members with only one accepted value, because any other value would require different arithmetic.
-    const std::string_view fixed[][2] = {
-        {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
-        {"version", "1"},
-        {"layout", "\"out,in,height,width\""},
-        {"inputs", has_fills ? "\"red, green, blue of fill - tone, known\"" : "\"red, green, blue, masked\""},
-        {"output", has_fills ? "\"red, green, blue, to be added to fill\"" : "\"red, green, blue\""},
-        {"colour_range", "1.0"},
-        {"decoder_kernel", "3"},
-        {"decoder_inputs", "\"upsampled, skip\""},
-        {"encoder_activation", "\"relu\""},
-        {"decoder_activation", "\"leaky_relu 0.2, none in the last\""}};
-    for (const auto& [key, value] : fixed)
-        if (const json_value is = json_member(text, key); is.text != value)
-            raise(error_code::unsupported, here, std::string(key) + " " + std::string(value), printable(is.text));
-
-    const auto number = [&](const json_value& value, const char* key) {
-        const std::optional<std::uint64_t> size = whole_number(value);
-        if (!size || *size > std::uint64_t{1} << 20)
-            raise(error_code::unsupported, here, "a whole number for " + std::string(key), printable(value.text));
-        return static_cast<std::int32_t>(*size);
-    };
-    const auto each_of = [&](const char* key, auto&& visit) {
-        const json_value list = json_member(text, key);
-        if (list.kind != json_kind::array)
-            raise(error_code::unsupported, here, "a list of whole numbers for " + std::string(key), printable(list.text));
-        for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
-    };
-    result.channels.clear(), result.kernels.clear();
-    each_of("channels", [&](std::int32_t channels) { result.channels.push_back(static_cast<std::size_t>(channels)); });
-    each_of("kernels", [&](std::int32_t kernel) { result.kernels.push_back(kernel); });
-    result.growth = has_fills ? number(json_member(text, "growth"), "growth") : 0;
-    return result;
-}
-
-}  // namespace detail
-
-inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, std::optional<arithmetic> kind,
-                                    isa target) {
-    const named_tensors file = decode_safetensors(bytes, where);
-    if (!kind) kind = file.tensors.contains("input.range") ? arithmetic::int8 : arithmetic::float32;
-    inpainting_architecture architecture = detail::parse_inpainting_architecture(file, where);
-    return farbrausch(file, std::move(architecture), *kind, target);
-}
-
-}}  // namespace ldi
-
 // ---- ldi/formats/picture_formats.hpp
 // Picture file formats that ldi reads. Each format can be disabled, so that a service reads only the formats it expects and no
 // other decoder sees untrusted files.
@@ -26310,6 +26018,295 @@ namespace detail {
 }
 
 }  // namespace detail
+
+}}  // namespace ldi
+
+// ---- ldi/formats/safetensors.hpp
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
+// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/weight_files.hpp
+// loads them from disk.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
+/// size.
+///
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
+/// where  name of the file in messages
+///
+/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). Messages
+/// about a tensor name it.
+named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
+
+namespace detail {
+
+/// Raises mismatch unless the metadata have the value `expected` for `key`.
+///
+/// what  kind of file, for the error message; for example "a depth network"
+inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
+                           const std::string& expected) {
+    const auto found = file.metadata.find(key);
+    if (found == file.metadata.end() || found->second != expected)
+        raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
+              found == file.metadata.end() ? "none" : printable(found->second));
+}
+
+}  // namespace detail
+
+namespace detail::safetensors {
+
+inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
+inline constexpr std::size_t max_dimensions = 8;
+inline constexpr int max_nesting = 3;  ///< three levels: the header, a tensor, and its shape
+
+/// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+inline float half_to_float(std::uint32_t half) {
+    const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
+    if (exponent == 31) return float_of(sign | 0x7F800000 | (fraction << 13));
+    if (exponent != 0) return float_of(sign | ((exponent + 112) << 23) | (fraction << 13));
+    const float value = nearest_float(fraction) * 0x1p-24F;  // subnormal
+    return sign != 0 ? -value : value;
+}
+
+template <class Scalar, class Decode>
+buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_bytes, Decode&& decode) {
+    buffer<Scalar> values(bytes.size() / scalar_bytes);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = decode(bytes.subspan(i * scalar_bytes, scalar_bytes));
+    return values;
+}
+
+/// Returns the size of one value in bytes; 0 for an unsupported type.
+inline std::size_t scalar_size(std::string_view type) {
+    if (type == "F32" || type == "I32") return 4;
+    if (type == "F16" || type == "BF16") return 2;
+    return type == "I8" || type == "U8" ? 1 : 0;
+}
+
+inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, std::string_view type) {
+    using scalar = std::span<const std::byte>;
+    if (type == "F32") return decoded<float>(bytes, 4, [](scalar b) { return float_of(little_endian_32(b, 0)); });
+    if (type == "F16") return decoded<float>(bytes, 2, [](scalar b) { return half_to_float(little_endian_16(b, 0)); });
+    if (type == "BF16") return decoded<float>(bytes, 2, [](scalar b) { return float_of(little_endian_16(b, 0) << 16); });
+    if (type == "I32")
+        return decoded<std::int32_t>(bytes, 4, [](scalar b) { return static_cast<std::int32_t>(little_endian_32(b, 0)); });
+    if (type == "I8") return decoded<std::int8_t>(bytes, 1, [](scalar b) { return static_cast<std::int8_t>(byte_at(b, 0)); });
+    return decoded<std::uint8_t>(bytes, 1, [](scalar b) { return static_cast<std::uint8_t>(byte_at(b, 0)); });
+}
+
+/// A tensor's entry in the header: its type, its shape, and the range of its bytes.
+struct entry {
+    std::string name, type;
+    buffer<std::size_t> shape;
+    std::size_t begin = 0, end = 0;
+};
+
+/// Reads one entry of the header and checks its parts against each other and against the size of the data.
+inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
+    const auto here = [&] { return where + ", tensor " + printable(name); };
+    const auto part = [&](const char* key, bool is_right_kind) {
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "none, or an invalid value");
+    };
+    const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
+        part(key, values.kind == json_kind::array);
+        buffer<std::size_t> result;
+        for_each_element(values, [&](const json_value& value) {
+            const std::optional<std::uint64_t> size = whole_number(value);
+            part(key, result.size() < max_count && size && *size <= (std::numeric_limits<std::size_t>::max)());
+            result.push_back(static_cast<std::size_t>(*size));
+        });
+        return result;
+    };
+    part("dtype", line.kind == json_kind::object);
+    json_value type, shape, place;  // found in one pass, because a header may have a hundred thousand entries
+    int members = 0;
+    for_each_member(line, [&](const std::string& key, const json_value& value) {
+        ++members;
+        if (key == "dtype") type = value;
+        if (key == "shape") shape = value;
+        if (key == "data_offsets") place = value;
+    });
+    entry result;
+    result.name = name;
+    part("dtype", type.kind == json_kind::string);
+    result.type = unescaped(type.text);
+    result.shape = sizes("shape", shape, max_dimensions);
+    const buffer<std::size_t> offsets = sizes("data_offsets", place, 2);
+    part("data_offsets", offsets.size() == 2 && members == 3);
+    result.begin = offsets[0], result.end = offsets[1];
+
+    const std::size_t scalar_bytes = scalar_size(result.type);
+    if (scalar_bytes == 0) raise(error_code::unsupported, here(), "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
+    if (result.begin > result.end || result.end > data_bytes)
+        raise(error_code::invalid_data, here(), "values inside the " + std::to_string(data_bytes) + " bytes of data",
+              "bytes " + std::to_string(result.begin) + " to " + std::to_string(result.end));
+    std::size_t needed = scalar_bytes;
+    for (std::size_t length : result.shape) {
+        if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
+            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
+        needed *= length;
+    }
+    if (needed != result.end - result.begin)
+        raise(error_code::invalid_data, here(),
+              std::to_string(needed) + " bytes for " + shape_text(result.shape) + " of " + result.type,
+              std::to_string(result.end - result.begin));
+    return result;
+}
+
+inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
+    if (line.kind != json_kind::object)
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", std::string(kind_text(line.kind)));
+    decltype(named_tensors::metadata) result;
+    for_each_member(line, [&](const std::string& key, const json_value& value) {
+        if (value.kind != json_kind::string)
+            raise(error_code::invalid_data, where, "metadata with string values",
+                  std::string(kind_text(value.kind)) + " for " + printable(key));
+        result.emplace(key, unescaped(value.text));
+    });
+    return result;
+}
+
+}  // namespace detail::safetensors
+
+inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
+    using namespace detail::safetensors;
+    if (bytes.size() < 8)
+        raise(error_code::invalid_data, where, "at least 8 bytes, the header's length", std::to_string(bytes.size()) + " bytes");
+    const std::uint64_t header_bytes = detail::little_endian_32(bytes, 0) | std::uint64_t{detail::little_endian_32(bytes, 4)}
+                                                                                << 32;
+    if (header_bytes > bytes.size() - 8 && !detail::has_text(bytes, 8, "{"))
+        raise(error_code::invalid_data, where, "a safetensors file", describe_format(bytes));
+    if (header_bytes > bytes.size() - 8)
+        raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
+              std::to_string(bytes.size() - 8) + " bytes in total");
+    if (header_bytes > max_header_bytes)
+        raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
+              std::to_string(header_bytes));
+    const std::size_t text_bytes = static_cast<std::size_t>(header_bytes);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, text_bytes);
+    const std::span<const std::byte> data = bytes.subspan(8 + text_bytes);
+
+    named_tensors result;
+    result.where = where;
+    buffer<entry> entries;
+    const detail::json_value header = detail::read_json_object(text, max_nesting, where);
+    detail::for_each_member(header, [&](const std::string& name, const detail::json_value& line) {
+        if (name == "__metadata__")
+            result.metadata = checked_metadata(line, where);
+        else
+            entries.push_back(checked_entry(name, line, data.size(), where));
+    });
+
+    // Checks that the tensors fill the data without gap or overlap. They then need at most twice the memory of the file, because
+    // half-precision numbers become float.
+    std::sort(entries.begin(), entries.end(),
+              [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
+    std::size_t filled = 0;
+    for (const entry& e : entries) {
+        if (e.begin != filled)
+            raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
+                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
+                  "byte " + std::to_string(e.begin));
+        filled = e.end;
+    }
+    if (filled != data.size())
+        raise(error_code::invalid_data, where, "tensors that fill " + std::to_string(data.size()) + " bytes of data",
+              std::to_string(filled));
+    for (entry& e : entries) {
+        decltype(tensor::values) values = decode_values(data.subspan(e.begin, e.end - e.begin), e.type);
+        result.tensors.emplace(std::move(e.name), tensor{std::move(e.shape), std::move(values)});
+    }
+    return result;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/formats/farbrausch.hpp
+// Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
+// examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
+// PartialConv. io/weight_files.hpp loads both from files.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Decodes an inpainting network.
+///
+/// bytes   the whole file
+/// where   name of the file in messages
+/// kind    number format of the computation; if empty, int8 if the file contains the value ranges that int8 requires, otherwise
+///         float32
+/// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
+///
+/// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
+/// describe a different kind of network.
+farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
+                             std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
+
+namespace detail {
+
+/// Returns how the network treats missing colors. The metadata state the network's name.
+inline missing_colors parse_missing_colors(const named_tensors& file) {
+    check_metadata(file, "an inpainting network", "format", "ldi");
+    const auto name = file.metadata.find("name");
+    if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
+    if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
+    raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
+          name == file.metadata.end() ? "none" : printable(name->second));
+}
+
+/// Reads the architecture from the metadata, which must describe a network that farbrausch can compute.
+inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
+    inpainting_architecture result;
+    result.missing = parse_missing_colors(file);
+    const bool has_fills = result.missing == missing_colors::filled;
+    const auto found = file.metadata.find("architecture");
+    if (found == file.metadata.end())
+        raise(error_code::mismatch, where, "an inpainting network, with its architecture in the metadata", "none");
+    const std::string here = where + ", architecture";
+    const json_value text = read_json_object(found->second, 3, here);
+
+    // Members with only one accepted value, because any other value would require different arithmetic.
+    const std::string_view fixed[][2] = {
+        {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
+        {"version", "1"},
+        {"layout", "\"out,in,height,width\""},
+        {"inputs", has_fills ? "\"red, green, blue of fill - tone, known\"" : "\"red, green, blue, masked\""},
+        {"output", has_fills ? "\"red, green, blue, to be added to fill\"" : "\"red, green, blue\""},
+        {"colour_range", "1.0"},
+        {"decoder_kernel", "3"},
+        {"decoder_inputs", "\"upsampled, skip\""},
+        {"encoder_activation", "\"relu\""},
+        {"decoder_activation", "\"leaky_relu 0.2, none in the last\""}};
+    for (const auto& [key, value] : fixed)
+        if (const json_value is = json_member(text, key); is.text != value)
+            raise(error_code::unsupported, here, std::string(key) + " " + std::string(value), printable(is.text));
+
+    const auto number = [&](const json_value& value, const char* key) {
+        const std::optional<std::uint64_t> size = whole_number(value);
+        if (!size || *size > std::uint64_t{1} << 20)
+            raise(error_code::unsupported, here, "a whole number for " + std::string(key), printable(value.text));
+        return static_cast<std::int32_t>(*size);
+    };
+    const auto each_of = [&](const char* key, auto&& visit) {
+        const json_value list = json_member(text, key);
+        if (list.kind != json_kind::array)
+            raise(error_code::unsupported, here, "a list of whole numbers for " + std::string(key), printable(list.text));
+        for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
+    };
+    result.channels.clear(), result.kernels.clear();
+    each_of("channels", [&](std::int32_t channels) { result.channels.push_back(static_cast<std::size_t>(channels)); });
+    each_of("kernels", [&](std::int32_t kernel) { result.kernels.push_back(kernel); });
+    result.growth = has_fills ? number(json_member(text, "growth"), "growth") : 0;
+    return result;
+}
+
+}  // namespace detail
+
+inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, std::optional<arithmetic> kind,
+                                    isa target) {
+    const named_tensors file = decode_safetensors(bytes, where);
+    if (!kind) kind = file.tensors.contains("input.range") ? arithmetic::int8 : arithmetic::float32;
+    inpainting_architecture architecture = detail::parse_inpainting_architecture(file, where);
+    return farbrausch(file, std::move(architecture), *kind, target);
+}
 
 }}  // namespace ldi
 
@@ -26841,7 +26838,7 @@ private:
             if (!are_huffman_tables(body)) broken("a bad Huffman table");
         } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
             header_.exif = body.subspan(6);
-        } else if (marker == 0xE1 || marker == 0xE2) {
+        } else if ((marker == 0xE1 || marker == 0xE2) && body.size() > 12) {  // shorter ones contain only the name of their kind
             header_.extensions.push_back(body);
         } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
             adobe_ = true;
