@@ -9,6 +9,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 prefix, folder, compiler = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
@@ -30,15 +31,18 @@ subprocess.run([compiler, "-std=c++20", "-fsyntax-only", f"-I{moved / 'share/ldi
 if "MIT" not in (moved / "share/licenses/ldi/LICENSE").read_text(encoding="utf-8"):
     sys.exit("share/licenses/ldi/LICENSE is not the MIT license")
 
-away, installed = folder / "away", folder / "installed"
-subprocess.run(["cmake", "-S", Path(__file__).resolve().parents[2], "-B", away / "build", "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}",
-                "-DLDI_BUILD_TESTS=OFF", "-DLDI_BUILD_BENCH=OFF", f"-DCMAKE_INSTALL_PREFIX={installed}", "-DCMAKE_INSTALL_DATADIR=share/deep",
-                "-DCMAKE_INSTALL_BINDIR=/opt/bin", f"-DCMAKE_INSTALL_INCLUDEDIR={folder / 'headers'}"], check=True, stdout=subprocess.DEVNULL)
-if [path.name for path in away.iterdir()] != ["build"]:
-    sys.exit(f"CMake writes outside the build folder: {list(away.iterdir())}")
-subprocess.run(["cmake", "--install", away / "build"], check=True, stdout=subprocess.DEVNULL)
-environment["PKG_CONFIG_PATH"] = str(installed / "share/deep/pkgconfig")
-stated = [subprocess.run(["pkg-config", what, "ldi"], env=environment, check=True, capture_output=True, text=True).stdout.strip()
-          for what in ("--cflags-only-I", "--variable=prefix")]
-if stated[0] != f"-I{folder / 'headers'}" or Path(stated[1]).resolve() != installed.resolve():
-    sys.exit(f"ldi.pc states {stated} with folders other than the defaults")
+with tempfile.TemporaryDirectory() as outside:  # CMake refuses to install headers inside the source folder
+    outside = Path(outside).resolve()
+    away, installed, headers = outside / "away", outside / "installed", outside / "headers"
+    subprocess.run(["cmake", "-S", Path(__file__).resolve().parents[2], "-B", away / "build", "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}",
+                    "-DLDI_BUILD_TESTS=OFF", "-DLDI_BUILD_BENCH=OFF", f"-DCMAKE_INSTALL_PREFIX={installed}",
+                    "-DCMAKE_INSTALL_DATADIR=share/deep", f"-DCMAKE_INSTALL_BINDIR={outside / 'bin/deep'}", f"-DCMAKE_INSTALL_INCLUDEDIR={headers}"],
+                   check=True, stdout=subprocess.DEVNULL)
+    if [path.name for path in away.iterdir()] != ["build"]:
+        sys.exit(f"CMake writes outside the build folder: {list(away.iterdir())}")
+    subprocess.run(["cmake", "--install", away / "build"], check=True, stdout=subprocess.DEVNULL)
+    environment["PKG_CONFIG_PATH"] = str(installed / "share/deep/pkgconfig")
+    stated = [subprocess.run(["pkg-config", what, "ldi"], env=environment, check=True, capture_output=True, text=True).stdout.strip()
+              for what in ("--cflags-only-I", "--variable=prefix")]
+    if stated[0] != f"-I{headers}" or Path(stated[1]).resolve() != installed:
+        sys.exit(f"ldi.pc states {stated} with folders other than the defaults")
