@@ -18,6 +18,7 @@
 #include "report.hpp"
 #include "spare_memory.hpp"
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -208,7 +209,17 @@ inline void batch::load(batch_job& job) {
     const std::string name = job.names.photo.string();
     job.photo = take(job.names.photo);
     if (!map_file(job.names).empty()) job.depth = take(map_file(job.names));
-    const decoding_cost cost(job.photo, job.depth, arguments_, name, map_file(job.names).string());
+    const auto cost_with = [&](std::span<const std::byte> map) {
+        return decoding_cost(job.photo, map, arguments_, name, map_file(job.names).string());
+    };
+    const decoding_cost cost = [&] {
+        try {
+            return cost_with(job.depth);
+        } catch (const error&) {
+            if (!job.names.depth.empty()) throw;
+            return cost_with({});  // the photo is converted without an invalid map beside it
+        }
+    }();
     const std::size_t files = job.photo.size() + job.depth.size();
     job.held = files + 3 * cost.width * cost.height + cost.held_by_maps;
     job.memory.grow(*budget_, memory_for(cost, files, arguments_), name);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arguments.hpp"
+#include "depth_direction.hpp"
 #include "html_page.hpp"
 #include "notes.hpp"
 #include "outputs.hpp"
@@ -80,20 +81,6 @@ struct photo_files {
     std::filesystem::path beside = {};  ///< depth map beside the photo, found by find_map_beside()
 };
 
-/// Inverts a depth map of unknown direction (white near, or white far) if the network's estimate contradicts it. A single pass at
-/// 192 pixels suffices to find the direction, and takes a fifth of a full estimate's time. In a test with the true depth maps of
-/// 44 photos, each of them as it is and inverted, this pass decides 85 of 88 cases as a full estimate does. In the other 3, the
-/// correlation is weak, about 0.2.
-template <executor Executor>
-void invert_as_seen(photo_with_depth& input, const networks& by, Executor& threads) {
-    if (!input.depth->is_white_near_a_guess || !by.depth) return;
-    constexpr std::size_t long_side = 192;
-    const tiefenrausch& network = by.depth.read();
-    const image<float> estimate =
-        network.disparity_of(network.levels(network.resize_for_network(input.photo.color, threads, long_side), threads));
-    invert_if_contradicted(*input.depth, estimate);
-}
-
 /// Finds the depth map beside the photo, unless an option names one or excludes it.
 inline void find_map_beside(photo_files& names, const arguments& a) {
     if (a.takes_depth_of_photo && names.depth.empty() && names.are_files && !is_standard(names.photo))
@@ -130,15 +117,14 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
     }
     input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
                                  : decode_photo_with_map(photo, depth, a.reading(), name, depth_name);
-    if (!input.refused.empty()) say("depth not used: " + input.refused);
     if (!input.depth && !by.depth)
         raise(error_code::invalid_option, "photo3d",
               std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +
                   model_folders(a.data).text(),
-              "none of these");
+              "none of these" + (input.refused.empty() ? "" : " (the depth map was not used: " + input.refused + ")"));
     if (!input.depth) return input;
     input.depth->disparity = fill_invalid(shrink_depth_map(std::move(input.depth->disparity)), input.depth->source);
-    invert_as_seen(input, by, threads);
+    if (input.depth->is_white_near_a_guess && by.depth) invert_as_seen(input, by.depth.read(), threads);
     return input;
 }
 
@@ -146,7 +132,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
 ///
 /// input  its depth map is moved out; its colors are released unless texture_of() draws sheets from them
 template <executor Executor>
-photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
+photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) try {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
     image<std::uint8_t>& photo = input.photo.color;
@@ -161,6 +147,10 @@ photo3d convert(const arguments& a, photo_with_depth& input, const networks& by,
     photo3d made = by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
     made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces independently of --motion
     return made;
+} catch (const error& failed) {  // the stages do not know the name of the depth map
+    const error_details details = failed.details();
+    if (!input.depth || details.where != "disparity") throw;
+    raise(details.code, input.depth->source, details.expected, details.found);
 }
 
 /// Bytes of a 3D photo.
@@ -241,7 +231,7 @@ inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo
     const std::string silhouettes = a.silhouette_model.empty() ? "alignment" : a.silhouette_model.string();
     nlohmann::ordered_json report =
         make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
-    report["notes"] = notes_on(made, report["hidden_pixels"], a, depth);
+    report["notes"] = notes_on(made, report["hidden_pixels"], a, depth, input.refused);
     return report;
 }
 

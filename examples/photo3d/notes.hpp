@@ -15,10 +15,13 @@ namespace ldi::examples {
 /// Lists unusual facts about a converted photo that matter to the user. Each note has one or two sentences. Most photos have
 /// none.
 ///
-/// hidden  number of pixels behind the photo
-/// depth   source of the depth
-inline std::vector<std::string> notes_on(const photo3d& made, std::size_t hidden, const arguments& a, const std::string& depth) {
+/// hidden   number of pixels behind the photo
+/// depth    source of the depth
+/// refused  reason why a depth map inside or beside the photo could not be used; empty: none was refused
+inline std::vector<std::string> notes_on(const photo3d& made, std::size_t hidden, const arguments& a, const std::string& depth,
+                                         const std::string& refused) {
     std::vector<std::string> notes;
+    if (!refused.empty()) notes.push_back("the depth map was not used: " + refused);
     if (hidden == 0 && made.dropped_sides == 0)
         notes.push_back("its depth (" + depth +
                         ") contains no occlusions, so the 3D photo is a single sheet. Try another --depth or --depth-model.");

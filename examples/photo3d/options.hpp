@@ -15,6 +15,7 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 
 namespace ldi::examples {
@@ -240,6 +241,21 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     describe_look(app, a);
     describe_batch(app, a);
     describe_program(app, a);
+}
+
+/// Rejects options that another option would ignore. Raises CLI::ValidationError.
+inline void check_effects(const CLI::App& app, const arguments& a) {
+    const auto refuse = [&](const char* choice, std::initializer_list<const char*> ignored) {
+        for (const char* const option : ignored)
+            if (app.count(option) > 0)
+                throw CLI::ValidationError(option, std::string("expected no ") + choice + " beside it, found both");
+    };
+    if (a.depth == "none" && !a.batch)  // the list of a batch may name depth maps, to which these options apply
+        refuse("--depth none",
+               {"--depth-kind", "--depth-scale", "--depth-near-is-black", "--depth-zero-is-unknown", "--depth-is-inverse"});
+    if (a.depth_map.kind == depth_map_kind::meters)
+        refuse("--depth-kind meters", {"--depth-near-is-black", "--depth-is-inverse"});
+    if (a.inpaint == "diffusion") refuse("--inpaint diffusion", {"--inpainting-model", "--arithmetic"});
 }
 
 /// Sets the options of --preset that the command line does not set.

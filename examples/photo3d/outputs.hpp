@@ -120,6 +120,17 @@ public:
     bool uses_standard_output() const { return uses_standard_output_; }
 
     void create_folder(const std::filesystem::path& folder) { files_.create_folder(folder); }
+
+    /// Makes the missing folder of an output. A run that fails removes it again. Raises the errors of claim_folder() and
+    /// file_set::create_folder().
+    void create_folder_of(const std::filesystem::path& output) {
+        const std::filesystem::path folder = output.parent_path();
+        std::error_code ignored;
+        if (folder.empty() || std::filesystem::exists(folder, ignored)) return;
+        claim_folder(folder);
+        create_folder(folder);
+    }
+
     std::filesystem::path reserve(const std::filesystem::path& output) { return files_.reserve(output); }
     void write(const std::filesystem::path& output, std::span<const std::byte> bytes) {
         if (!is_standard(output)) return files_.write(output, bytes);

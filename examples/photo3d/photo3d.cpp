@@ -91,6 +91,9 @@ photo_files names_of(const arguments& a) {
 void check_files(const arguments& a, const photo_files& names, output_files& files) {
     if (is_standard(names.photo) && is_standard(names.depth))
         ldi::raise(ldi::error_code::invalid_option, "-", "one input that comes from standard input", "two: PHOTO and --depth");
+    for (const std::filesystem::path& output :
+         {names.glb, names.html, names.report, a.usdz, a.stereo_image, a.video.output, a.video.depth_map})
+        files.create_folder_of(output);
     if (camera_paths().count(a.video.path) == 0) files.read_from(a.video.path);
     check_names(names, a, files);
     if (a.embed) files.claim(element_beside(names.html));
@@ -198,6 +201,7 @@ int run_program(int count, char** values) {
         describe_documents(app);
         app.footer(app.get_footer() + "\n\nExit codes: " + exit_code_text);
         app.parse(count, values);
+        check_effects(app, a);
         apply_preset(app, a);
     } catch (const CLI::CallForHelp&) {
         print_text(app.help());

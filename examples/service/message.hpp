@@ -35,9 +35,12 @@ struct photo_message {
 /// Maximum size of the text of a document, in bytes.
 inline constexpr std::size_t max_document_bytes = std::size_t{1} << 16;
 
+inline constexpr std::size_t max_key_bytes = 1000;  // S3 allows 1024, including a prefix
+
 /// Raises invalid_data for a key that some storage would not accept or would confuse with another key.
-inline void check_key(const std::string& key) {
-    constexpr std::size_t max_bytes = 1000;  // S3 allows 1024, including a prefix
+///
+/// where  source of the key, for messages
+inline void check_key(const std::string& key, const std::string& where = "message", std::size_t max_bytes = max_key_bytes) {
     bool is_good = !key.empty() && key.size() <= max_bytes && key == escaped(key);
     for (std::size_t begin = 0; is_good && begin <= key.size();) {  // for every name between slashes
         const std::size_t end = std::min(key.find('/', begin), key.size());
@@ -46,17 +49,20 @@ inline void check_key(const std::string& key) {
         begin = end + 1;
     }
     if (!is_good)
-        raise(error_code::invalid_data, "message", "keys of at most 1000 bytes, like folder/photo.jpg",
+        raise(error_code::invalid_data, where, "keys of at most " + std::to_string(max_bytes) + " bytes, like folder/photo.jpg",
               "\"" + key.substr(0, max_bytes + 1) + "\"");
 }
 
-/// Keys of the outputs of a photo. They are longer than the photo's key: raises invalid_data if one of them is not a valid key.
+/// Raises invalid_data for a key of a photo that check_key() refuses, or whose outputs would have too long keys.
+inline void check_photo_key(const std::string& photo, const std::string& where = "message") {
+    check_key(photo, where, max_key_bytes - std::string_view(".json").size());
+}
+
+/// Keys of the outputs of a photo. Raises the errors of check_photo_key().
 struct output_keys {
     std::string glb, document;
 
-    explicit output_keys(const std::string& photo) : glb(photo + ".glb"), document(photo + ".json") {
-        check_key(glb), check_key(document);
-    }
+    explicit output_keys(const std::string& photo) : glb(photo + ".glb"), document(photo + ".json") { check_photo_key(photo); }
 };
 
 /// Parses a message. Raises invalid_data, too_large.

@@ -99,9 +99,10 @@ void submit(const queue_options& options) {
     submitter to(options);
     std::size_t photos = 0;
     photo_message next{options.job, {}};
-    for (line_reader lines(std::cin); lines.next(); ++photos) {
-        const output_keys outputs(lines.text());  // checks the keys of outputs, which are longer
-        next.photos.push_back(lines.text());
+    for (line_reader lines(std::cin); lines.next();) {
+        if (lines.is_blank()) continue;
+        check_photo_key(lines.text(), "standard input, line " + std::to_string(lines.number()));
+        next.photos.push_back(lines.text()), ++photos;
         if (next.photos.size() < options.photos_per_message) continue;
         to.send(next);
         next.photos.clear();

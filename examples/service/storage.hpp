@@ -29,6 +29,7 @@
 #include <system_error>
 #include <thread>
 #include <type_traits>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -98,6 +99,8 @@ public:
         struct stat facts {};
         if (::fstatat(folder.number(), name_of(key).c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(facts.st_mode))
             raise(error_code::file_access, path_of(key), "a plain file or none", "a link, or something else that is no file");
+        if (searched_.insert(std::filesystem::path(key).parent_path().string()).second)  // searches each folder once
+            remove_abandoned(folder);
         temporary_file file(folder);
         if (!file.write(bytes) || !file.put_in_place(name_of(key))) fail(key, "a writable place");
     }
@@ -108,9 +111,7 @@ private:
     /// stranger replaces folders by links meanwhile.
     class temporary_file {
     public:
-        /// Also removes the files of killed processes.
         explicit temporary_file(const file_handle& folder) : folder_(folder) {
-            remove_abandoned();
             struct stat facts {};
             do {  // until no process has removed the file as abandoned before it was locked
                 name_ = temporary_name() + ".put";
@@ -153,25 +154,26 @@ private:
         }
 
     private:
-        void remove_abandoned() const {
-            const int again = ::openat(folder_.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // closedir() closes it
-            if (again < 0) return;
-            const std::unique_ptr<DIR, int (*)(DIR*)> items(::fdopendir(again), ::closedir);
-            for (const dirent* item = nullptr; items && (item = ::readdir(items.get())) != nullptr;) {
-                const std::string name = item->d_name;
-                if (!name.starts_with(".ldi-") || !name.ends_with(".put")) continue;
-                const file_handle file(folder_, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
-                struct stat facts {};
-                if (file.number() >= 0 && ::flock(file.number(), LOCK_EX | LOCK_NB) == 0 && ::fstat(file.number(), &facts) == 0 &&
-                    S_ISREG(facts.st_mode) && facts.st_uid == ::geteuid())
-                    ::unlinkat(folder_.number(), name.c_str(), 0);
-            }
-        }
-
         const file_handle& folder_;
         std::string name_;
         file_handle file_;
     };
+
+    /// Removes the unfinished files that killed processes left in a folder.
+    static void remove_abandoned(const file_handle& folder) {
+        const int again = ::openat(folder.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // closedir() closes it
+        if (again < 0) return;
+        const std::unique_ptr<DIR, int (*)(DIR*)> items(::fdopendir(again), ::closedir);
+        for (const dirent* item = nullptr; items && (item = ::readdir(items.get())) != nullptr;) {
+            const std::string name = item->d_name;
+            if (!name.starts_with(".ldi-") || !name.ends_with(".put")) continue;
+            const file_handle file(folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+            struct stat facts {};
+            if (file.number() >= 0 && ::flock(file.number(), LOCK_EX | LOCK_NB) == 0 && ::fstat(file.number(), &facts) == 0 &&
+                S_ISREG(facts.st_mode) && facts.st_uid == ::geteuid())
+                ::unlinkat(folder.number(), name.c_str(), 0);
+        }
+    }
 
     std::string path_of(const std::string& key) const { return (folder_ / key).string(); }
     static std::string name_of(const std::string& key) { return std::filesystem::path(key).filename().string(); }
@@ -198,6 +200,7 @@ private:
     }
 
     std::filesystem::path folder_;
+    std::unordered_set<std::string> searched_;  // folders of objects
 };
 
 /// Retries operations of another storage that is temporarily unavailable.

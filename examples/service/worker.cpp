@@ -190,6 +190,8 @@ void read_conversion_options(std::vector<std::string> options, const std::filesy
     options.insert(options.begin(), {"--batch", "-"});  // photos are named by messages
     std::reverse(options.begin(), options.end());       // CLI11 expects the reverse order
     app.parse(options);
+    check_effects(app, a);
+    apply_preset(app, a);
     for (const std::filesystem::path& file : {a.output, a.html, a.report, a.depth})
         if (!file.empty() && file != "none")
             raise(error_code::invalid_option, file.string(), "no names of files after --", "one");

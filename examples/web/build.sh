@@ -19,7 +19,8 @@ export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # Debian's folders of the mo
 # compile NAME SOURCE FLAG...: writes NAME.js and NAME.wasm.
 compile() {
     local made=$build/$1.wasm
-    if [ -f "$made" ] && [ -z "$(find "$top/include" "$here/$2" "$here"/landing_pads.hpp "$here/build.sh" -newer "$made" -print -quit)" ]; then
+    local sources=("$top/include" "$top/examples/photo3d/depth_direction.hpp" "$here/$2" "$here/landing_pads.hpp" "$here/build.sh")
+    if [ -f "$made" ] && [ -z "$(find "${sources[@]}" -newer "$made" -print -quit)" ]; then
         return
     fi
     em++ -std=c++20 -O2 -DNDEBUG -msimd128 -fwasm-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow \

@@ -5,6 +5,8 @@
 
 #include "landing_pads.hpp"
 
+#include "../photo3d/depth_direction.hpp"
+
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
@@ -120,9 +122,7 @@ void complete(photo_with_depth& input) {
     if (!input.depth) return;
     photo_depth& depth = *input.depth;
     depth.disparity = fill_invalid(shrink_depth_map(std::move(depth.disparity)), depth.source);
-    if (!depth.is_white_near_a_guess) return;
-    const image<float> estimate = state().depth->disparity(input.photo.color, {}, state().threads);
-    invert_if_contradicted(depth, estimate);
+    if (depth.is_white_near_a_guess) examples::invert_as_seen(input, *state().depth, state().threads);
 }
 
 /// Makes the 3D photo. Releases the input as soon as it can: a phone's browser has little memory.

@@ -227,7 +227,20 @@ def names():
             check(f"{arguments}: exit code {result.returncode}", result.returncode == NEVER and result.stdout == "" and f.state() == before, result.stdout)
             check(f"{arguments}: one line says '{words}'", result.stderr.startswith(f"photo3d: {words}") and result.stderr.count("\n") == 1, result.stderr)
         os.rmdir(f / "empty")
-        expect("a missing folder", f, ["me.png", "-o", "no/such/a.glb"], NEVER, ["no/such/a.glb"])
+        for arguments, words in (
+            (["--depth", "none", "--depth-scale", "2"], "--depth-scale: expected no --depth none beside it, found both"),
+            (["--depth", "depth.png", "--depth-kind", "meters", "--depth-near-is-black"], "--depth-near-is-black: expected no --depth-kind meters beside it, found both"),
+            (["--depth", "depth.png", "--depth-kind", "meters", "--depth-is-inverse"], "--depth-is-inverse: expected no --depth-kind meters beside it, found both"),
+            (["--inpaint", "diffusion", "--inpainting-model", "a.safetensors"], "--inpainting-model: expected no --inpaint diffusion beside it, found both"),
+            (["--inpaint", "diffusion", "--arithmetic", "int8"], "--arithmetic: expected no --inpaint diffusion beside it, found both"),
+        ):
+            result = subprocess.run([PROGRAM, "me.png", *arguments], cwd=f.path, capture_output=True, text=True)
+            check(f"{arguments}: {result}", result.returncode == USAGE and result.stderr.startswith(f"photo3d: {words}") and result.stdout == "")
+        expect("a missing folder, and a failure", f, ["me.png", "-o", "no/such/a.glb", "--html", "no/page.txt"], USAGE, ["page.txt"])
+        expect("a missing folder below a file", f, ["me.png", "-o", "depth.png/no/a.glb"], NEVER, ["depth.png", "expected"])
+        expect("missing folders", f, ["me.png", "-o", "no/such/a.glb"], DONE, made=["me.glb", "no"])
+        check("missing folders: the GLB is complete", is_whole_glb(f.read("no/such/a.glb")))
+        shutil.rmtree(f / "no")
         expect("a folder as a report", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
         expect("a file as the folder of stages", f, ["me.png", "--stages", "depth.png"], NEVER, ["depth.png"])
         said = expect("control characters in a name", f, ["a\x1b[31m\nb.png", "-o", "a.glb"], NEVER, ["a\\x1B[31m\\x0Ab.png"]).stderr

@@ -277,10 +277,18 @@ def main():
         file(folder, "odd_depth.png", png(30, 30, 1))
         said = subprocess.run([PROGRAM, shutil.copy(small, os.path.join(folder, "odd.png")), "-o", os.path.join(folder, "odd.glb")], capture_output=True, text=True, env=models)
         check(f"a depth map beside the photo with other proportions is not used: {said.stderr}", said.returncode == 0 and "odd_depth.png" in said.stderr and "proportions" in said.stderr)
+        said = subprocess.run([PROGRAM, "--batch", os.path.join(folder, "odd.png"), "-o", folder, "--report", folder, "--quiet"], capture_output=True, text=True, env=models)
+        notes = json.loads(said.stdout).get("notes", [])
+        check(f"a batch states in its line and in the report that the map is not used, and prints nothing else with --quiet: {said}", said.stderr == "" and any(note.startswith("the depth map was not used: ") and "odd_depth.png" in note for note in notes) and json.load(open(os.path.join(folder, "odd.json")))["notes"] == notes)
+        shutil.copy(small, os.path.join(folder, "torn.png")), file(folder, "torn_depth.png", b"no map")
+        said = subprocess.run([PROGRAM, "--batch", os.path.join(folder, "torn.png"), "-o", folder], capture_output=True, text=True, env=models)
+        check(f"a file beside the photo that is no map is not used in a batch, either: {said}", said.returncode == 0 and "torn_depth.png" in "".join(json.loads(said.stdout).get("notes", [])))
+        run("no source of depth but a map that can't be used", [os.path.join(folder, "odd.png")], ["none of these", "odd_depth.png", "proportions"], program=os.path.join(folder, os.path.basename(PROGRAM)))
         run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
         run("a depth map without valid values", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
+        run("distances that no scene has", [small, "--depth", file(folder, "far.npy", npy(60, 80, 1e10)), "--depth-kind", "meters"], ["far.npy: expected", "meters"])
         run("a truncated depth map", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
-        run("a folder that can't be written", [small, *depth, "--report", os.path.join(folder, "no/such/folder.json")], ["no/such", "expected"])
+        run("a folder that can't be written", [small, *depth, "--report", os.path.join(small, "no/folder.json")], ["small.png", "expected"])
         run("a size of 0", [small, *depth, "--size", "0"], ["--size"])
         run("no texture and no grain", [small, *depth, "--texture", "0", "--grain", "0"])
         run("a negative strength of texture", [small, *depth, "--texture", "-1"], ["--texture"])
@@ -291,7 +299,7 @@ def main():
         run("inpainting by a PartialConv network", [small, *depth, "--inpainting-model", os.path.join(SOURCE, "tests/networks/files/partial_convolution_weights.safetensors")])
         run("8-bit arithmetic without ranges in the weights", [small, *depth, "--inpainting-model", weights, "--arithmetic", "int8"], ["int8", "export.py"])
         run("an unknown arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "int8"])
-        run("an inpainting network that --inpaint diffusion ignores", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"])
+        run("an inpainting network that --inpaint diffusion would ignore", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"], ["--inpainting-model", "--inpaint diffusion"])
         run("a truncated inpainting network", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo as an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
@@ -334,7 +342,7 @@ def main():
         check("the parts of a page", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
         run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
         run("a file that is no viewer", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
-        run("a page that can't be written", [small, *depth, "--html", os.path.join(folder, "no/such/page.html"), "--viewer", viewer], ["no/such", "expected"])
+        run("a page that can't be written", [small, *depth, "--html", os.path.join(small, "no/page.html"), "--viewer", viewer], ["small.png", "expected"])
 
         check_written_files(folder)
         check_full_size(folder)
@@ -360,7 +368,7 @@ def main():
         if shutil.which("ffmpeg"):
             for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):
                 run(f"the video {name}", [*video, os.path.join(folder, name), "--stereo", "anaglyph"])
-            run("a video that can't be written", [*video, os.path.join(folder, "no/such/a.mp4")], ["no/such", "expected"])
+            run("a video that can't be written", [*video, os.path.join(small, "no/a.mp4")], ["small.png", "expected"])
             for name, mark in (("a.mp4", b"moov"), ("a.webp", b"ANMF"), ("a.gif", b"NETSCAPE2.0"), ("$(touch x) '.mp4", b"moov")):
                 check(f"{name} is a moving picture", mark in open(os.path.join(folder, name), "rb").read())
             check("no unfinished video is left", not [name for name in os.listdir(folder) if name.endswith(".part")])

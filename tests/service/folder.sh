@@ -6,7 +6,7 @@ folder=$work/folder
 mkdir -p "$folder/photos" "$folder/outputs"
 for name in a b c; do cp "$one_photo" "$folder/photos/$name.jpg"; done
 printf 'no photo\n' >"$folder/photos/d.jpg"
-printf '%s\n' a.jpg b.jpg c.jpg d.jpg >"$folder/keys"
+printf '%s\n' a.jpg b.jpg '' c.jpg d.jpg >"$folder/keys" # submit skips the blank line
 
 start_worker calm calm "$folder/photos" "$folder/outputs"
 calm=$worker_address
@@ -16,6 +16,8 @@ for text in nonsense '{"job": "j", "photos": []}' '{"job": "j", "photos": ["../k
 done
 queue calm submit --job j <"$folder/keys"
 queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 8 >/dev/null
+is_refused_at_line_2() { ! printf 'a.jpg\nfolder/\n' | queue calm submit --job refused 2>"$folder/refused" && grep -q 'line 2: expected' "$folder/refused"; }
+count_step "a folder as a key is refused before its message is sent" is_refused_at_line_2
 count_step "invalid messages become dead letters" documents codes_are "$folder/dead" "invalid data" "invalid data" "invalid data" \
     "invalid data" unsupported
 curl -s "$calm/metrics" >"$folder/metrics"

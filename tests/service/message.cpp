@@ -53,6 +53,9 @@ TEST_CASE("a key is refused if the keys of its outputs would be too long") {
     CHECK_NOTHROW(output_keys(std::string(995, 'k')));
     for (const std::size_t length : {996U, 997U, 1000U})
         CHECK(raised([&] { output_keys(std::string(length, 'k')); }) == error_code::invalid_data);
+    for (const std::string& bad : {std::string(996, 'k'), std::string("folder/"), std::string()})
+        CHECK_THROWS_WITH(check_photo_key(bad, "keys, line 3"),
+                          Catch::StartsWith("keys, line 3: expected keys of at most 995 bytes, like folder/photo.jpg, found"));
 }
 
 TEST_CASE("a document's id is its job and photo, or the whole document if either is missing") {

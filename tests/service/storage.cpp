@@ -144,6 +144,18 @@ TEST_CASE("unfinished files of killed processes are removed, and those of other 
     CHECK(names_in(folder / ".") == std::vector<std::string>{".ldi-2.put", ".ldi-3.tmp", "a"});
 }
 
+TEST_CASE("a storage searches each folder once for unfinished files, because folders have millions of files") {
+    const scratch_folder folder;
+    std::filesystem::create_directories(folder / "album");
+    folder_storage storage(folder / ".");
+    storage.put("a", byte_string(4));
+    for (const char* name : {".ldi-1.put", "album/.ldi-2.put"}) write_file(folder / name, byte_string(3));
+    storage.put("b", byte_string(4));
+    storage.put("album/a", byte_string(4));
+    CHECK(names_in(folder / ".") == std::vector<std::string>{".ldi-1.put", "a", "album", "b"});
+    CHECK(names_in(folder / "album") == std::vector<std::string>{"a"});
+}
+
 TEST_CASE("a replaced object keeps its permissions") {
     const scratch_folder folder;
     folder_storage storage(folder / ".");

@@ -84,6 +84,7 @@ function hostileFiles() {
         change(json);
         return putTogether({ json, binary });
     };
+    const meshopt = (count) => ({ EXT_meshopt_compression: { count, byteStride: 256 } });
     const bomb = Buffer.alloc(64);
     bomb.write("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "latin1");
     bomb.writeUInt32BE(60000, 16);
@@ -113,6 +114,9 @@ function hostileFiles() {
         strangeMesh: plain((json) => (json.meshes = [null])),
         textureBomb: withImage(),
         meshoptLies: changed((json) => json.bufferViews.forEach(({ extensions }) => extensions && Object.values(extensions).forEach((e) => (e.count = 1e7)))),
+        meshoptSecond: plain((json) => (json.bufferViews[0].extensions = { OTHER: {}, ...meshopt(4e6) })),
+        meshoptNegative: plain((json) => json.bufferViews.push({ extensions: meshopt(-1e15) }, { extensions: meshopt(4e6) })),
+        textAsCount: plain((json) => json.accessors.push({ count: "1e-9" }, { count: 4e9 })),
     };
 }
 

@@ -19,11 +19,11 @@ export function checkGlb(bytes) {
     const list = (name) => (Array.isArray(json?.[name]) ? json[name].map((entry) => entry ?? {}) : []);
     if ([...list("buffers"), ...list("images")].some(({ uri }) => uri !== undefined && !String(uri).startsWith("data:")))
         throw new Error("It refers to other files.");
-    const values = list("accessors").reduce((sum, { count }) => sum + (count >= 0 ? count : Infinity), 0);
-    const buffered = list("bufferViews").reduce((sum, { extensions }) => {
-        const compressed = Object.values(extensions ?? {})[0];
-        return sum + (compressed ? compressed.count * compressed.byteStride || 0 : 0);
-    }, 0);
+    // Anything but a number of 0 or more counts as too large: strings would be appended to the sum.
+    const total = (sizes) => sizes.reduce((sum, size) => sum + (typeof size === "number" && size >= 0 ? size : Infinity), 0);
+    const values = total(list("accessors").map(({ count }) => count));
+    const compressed = list("bufferViews").flatMap(({ extensions }) => Object.values(extensions ?? {}));
+    const buffered = total(compressed.filter((data) => data?.count !== undefined).map(({ count, byteStride }) => count * byteStride));
     if (!(values <= limits.values && buffered <= 16 * limits.values)) throw new Error("It has too many vertices.");
     checkNodes(list("nodes"));
     checkImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(28 + length, bytes.byteLength)));
