@@ -101,8 +101,7 @@ TEST_CASE(
     }
     CHECK(complaint_about(ldi::image<float>(0, 3)) == "found 0 x 3 x 1 (mismatch)");
     CHECK(complaint_about(ldi::image<float>(4, 3, 2, 0.5F)) == "found 4 x 3 x 2 (mismatch)");
-    CHECK(complaint_about(ramp(0.0F, 0.0F)) ==
-          "found no value above 0, except in the clipped_share of the values (invalid data)");
+    CHECK(complaint_about(ramp(0.0F, 0.0F)) == "found no value above 0 outside the clipped_share (invalid data)");
     ldi::normalize_options options;
     options.assumed_range = {0.0F, infinity};
     CHECK(complaint_about(ramp(1.0F, 2.0F), options) == "found 0 to inf (invalid option)");

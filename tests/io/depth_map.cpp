@@ -130,7 +130,7 @@ TEST_CASE("files that are not readable depth maps are refused with the file's na
     refused(pfm_file(map, true, "PF"), error_code::unsupported, "a color PFM file");
     refused(npy_header("{'descr': '<i4', 'fortran_order': False, 'shape': (2, 2), }", 1), error_code::unsupported, "<i4");
     refused(npy_header("{'descr': '<f4', 'fortran_order': False, 'shape': (2, 2), }", 9), error_code::unsupported, "9");
-    refused(npy_header("{'descr': '<f4', 'shape': (2, 2), }", 1), error_code::invalid_data, "no order");
+    refused(npy_header("{'descr': '<f4', 'shape': (2, 2), }", 1), error_code::invalid_data, "no fortran_order");
     refused(bytes_of("GIF89a??"), error_code::unsupported, "a GIF file");
     refused(bytes_of("Pf\n2 2\n0\n0123456789abcdef"), error_code::invalid_data, "scale");
     refused(bytes_of("Pf\n2 x\n1\n0123456789abcdef"), error_code::invalid_data, "no size");
