@@ -28,7 +28,7 @@ readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.
     "header meshoptimizer.h;libmeshoptimizer-dev" "header webp/encode.h;libwebp-dev")
 readonly needs_video=("command ffmpeg;ffmpeg")
 readonly needs_lessons=("header nlohmann/json.hpp;nlohmann-json3-dev" "header eigen3/Eigen/Core;libeigen3-dev"
-    "header xtensor/xtensor.hpp;libxtensor-dev" "header benchmark/benchmark.h;libbenchmark-dev" "command python3;python3")
+    "header xtensor/xtensor.hpp;libxtensor-dev" "header benchmark/benchmark.h;libbenchmark-dev" "command python3;python3" "module PIL;python3-pil")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_web=("command em++;emscripten" "command node;nodejs" "command npm;npm" "header stb/stb_image.h;libstb-dev")
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
