@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs the benchmarks of all kernels, operators and stages, on the shipped sample and weights. Writes build/bench/results.json and the table
-# build/bench/table.md. Times are processor time, one thread.
+# build/bench/results.md. Times are processor time, one thread.
 #
 #   bench/run.sh [--quick] [--before FILE.json] [--readme] [GOOGLE_BENCHMARK_OPTION...]
 #
@@ -56,14 +56,14 @@ fi
 build/release/bench/ldi_bench "${defaults[@]}" "${options[@]}" "--benchmark_context=revision=$(revision)" \
     "--benchmark_context=processor=$(python3 bench/table.py --processor)" --benchmark_out=build/bench/new_results.json --benchmark_out_format=json
 mv build/bench/new_results.json build/bench/results.json
-python3 bench/table.py build/bench/results.json >build/bench/table.md
+python3 bench/table.py build/bench/results.json >build/bench/results.md
 if [ "$readme" = 1 ]; then
     python3 bench/table.py build/bench/results.json --readme bench/README.md
-    { printf '# All benchmarks\n\nWritten by `bench/run.sh --readme`. [How to read it](../README.md).\n\n'; cat build/bench/table.md; } >bench/notes/table.md
+    { printf '# All benchmarks\n\nWritten by `bench/run.sh --readme`. [How to read it](../README.md).\n\n'; cat build/bench/results.md; } >bench/notes/table.md
 fi
 if [ -n "$before" ]; then
     python3 bench/table.py build/bench/results.json --same "$earlier"
     compare=$(command -v compare.py || printf '%s' /usr/share/benchmark/compare.py)
     /usr/bin/python3 "$compare" --no-color benchmarks "$earlier" build/bench/results.json
 fi
-printf 'build/bench/results.json and build/bench/table.md\n'
+printf 'build/bench/results.json and build/bench/results.md\n'

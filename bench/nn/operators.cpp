@@ -14,6 +14,7 @@
 #include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
 #include <ldi/nn/ldi/region_plan.hpp>
+#include <ldi/nn/ldi/restrict_plan.hpp>
 
 #include <cstdint>
 #include <span>

@@ -3,6 +3,7 @@
 // Eigen and xtensor.
 #pragma once
 
+#include <ldi/nn/ldi/restrict_plan.hpp>
 #include <ldi/version.hpp>
 
 #include <ldi/base/array_view.hpp>

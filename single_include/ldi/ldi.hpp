@@ -750,438 +750,6 @@ array_view(T*, std::size_t) -> array_view<T>;
 
 }}  // namespace ldi
 
-// ---- ldi/base/executor.hpp
-// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
-// Results never depend on the executor or on its number of threads.
-
-#include <algorithm>
-#include <condition_variable>
-#include <exception>
-#include <mutex>
-#include <thread>
-#include <vector>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
-/// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
-/// returns after all calls. An engine wraps its own job system in these members. The functions that ldi passes to run() let no
-/// exception escape, so that C code may call them.
-template <class T>
-concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
-    { e.concurrency() } -> std::convertible_to<std::size_t>;
-    e.run(count, function, data);
-};
-
-/// Runs everything on the calling thread.
-struct serial_executor {
-    std::size_t concurrency() const { return 1; }
-    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
-        for (std::size_t i = 0; i < count; ++i) function(data, i);
-    }
-};
-
-/// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
-/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
-/// pieces that have not started, and rethrows the first exception after all calls have ended.
-template <executor Executor, class Body>
-void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
-    if (count == 0) return;
-    const std::size_t wanted = threads.concurrency() * 4;  // several pieces per thread balance uneven work
-    const std::size_t possible = count / std::max<std::size_t>(grain, 1);
-    const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
-    if (pieces <= 1) {
-        body(std::size_t{0}, count);
-        return;
-    }
-    struct task {
-        std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first `longer_pieces` pieces have one index more
-        const memory& from = current_memory();  // memory for all threads that work on this range
-        std::mutex mutex{};
-        std::exception_ptr failure{};
-
-        std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
-        void run(std::size_t i) {
-            const memory_scope scope(from);
-#if LDI_HAS_EXCEPTIONS
-            {
-                const std::lock_guard lock(mutex);
-                if (failure != nullptr) return;
-            }
-            try {
-                (*body)(start(i), start(i + 1));
-            } catch (...) {
-                const std::lock_guard lock(mutex);
-                if (failure == nullptr) failure = std::current_exception();
-            }
-#else
-            (*body)(start(i), start(i + 1));
-#endif
-        }
-    } shared{&body, count / pieces, count % pieces};
-    threads.run(
-        pieces, [](void* data, std::size_t i) { static_cast<task*>(data)->run(i); }, &shared);
-    if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
-}
-
-/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
-/// pool runs does not call run() of the same pool, which would deadlock.
-class thread_pool {
-public:
-    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
-    ///          of them, the pool is smaller
-    explicit thread_pool(std::size_t threads = 0) {
-        if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
-        workers_.reserve(threads - 1);
-        for (std::size_t i = 1; i < threads; ++i)
-            if (!start_worker()) break;
-    }
-    thread_pool(const thread_pool&) = delete;
-    thread_pool& operator=(const thread_pool&) = delete;
-    ~thread_pool() {
-        {
-            const std::lock_guard lock(mutex_);
-            stop_ = true;
-        }
-        wake_.notify_all();
-        for (std::thread& worker : workers_) worker.join();
-    }
-
-    std::size_t concurrency() const { return workers_.size() + 1; }
-
-    /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
-    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
-        LDI_ASSERT(pool_of_thread() != this);
-        const std::lock_guard one_at_a_time(run_mutex_);
-        std::unique_lock lock(mutex_);
-        function_ = function, data_ = data, next_ = 0, count_ = count, running_ = 0, failure_ = nullptr;
-        wake_.notify_all();
-        drain(lock);
-        done_.wait(lock, [this] { return next_ == count_ && running_ == 0; });
-        if (failure_ != nullptr) std::rethrow_exception(std::exchange(failure_, nullptr));
-    }
-
-private:
-    bool start_worker() {
-#if LDI_HAS_EXCEPTIONS
-        try {
-            workers_.emplace_back([this] { work(); });
-        } catch (const std::exception&) {
-            return false;
-        }
-#else
-        workers_.emplace_back([this] { work(); });
-#endif
-        return true;
-    }
-
-    void work() {
-        std::unique_lock lock(mutex_);
-        while (true) {
-            wake_.wait(lock, [this] { return stop_ || next_ < count_; });
-            if (stop_) return;
-            drain(lock);
-        }
-    }
-
-    void drain(std::unique_lock<std::mutex>& lock) {
-        while (next_ < count_) {
-            const std::size_t index = next_++;
-            ++running_;
-            lock.unlock();
-            std::exception_ptr failure = call(index);
-            lock.lock();
-            if (failure != nullptr) {
-                if (failure_ == nullptr) failure_ = failure;
-                next_ = count_;  // skips the other calls: their results would be discarded
-            }
-            if (--running_ == 0 && next_ == count_) done_.notify_all();
-        }
-    }
-
-    /// The pool for which this thread is working.
-    static const thread_pool*& pool_of_thread() {
-        static thread_local const thread_pool* pool = nullptr;
-        return pool;
-    }
-
-    std::exception_ptr call(std::size_t index) {
-        struct work_scope {
-            const thread_pool* before;
-            ~work_scope() { pool_of_thread() = before; }
-        } const scope{std::exchange(pool_of_thread(), this)};
-#if LDI_HAS_EXCEPTIONS
-        try {
-            function_(data_, index);
-        } catch (...) {
-            return std::current_exception();
-        }
-#else
-        function_(data_, index);
-#endif
-        return nullptr;
-    }
-
-    std::vector<std::thread> workers_;
-    std::mutex run_mutex_, mutex_;
-    std::condition_variable wake_, done_;
-    void (*function_)(void*, std::size_t) = nullptr;
-    void* data_ = nullptr;
-    std::size_t next_ = 0, count_ = 0, running_ = 0;
-    std::exception_ptr failure_;
-    bool stop_ = false;
-};
-
-}}  // namespace ldi
-
-// ---- ldi/base/named_tensors.hpp
-// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp makes `named_tensors` from a file. Networks
-// look up their weights in `named_tensors` (nn/weights.hpp).
-
-#include <functional>
-#include <map>
-#include <variant>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// A shape and row-major values. Half-precision numbers of a file become float.
-struct tensor {
-    buffer<std::size_t> shape;  ///< empty for a single value
-    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
-};
-
-/// Tensors and metadata of a weight file. Names are unique.
-struct named_tensors {
-    std::map<std::string, tensor, std::less<>> tensors;
-    std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< path of the file, for messages
-};
-
-/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
-inline std::string shape_text(const buffer<std::size_t>& shape) {
-    if (shape.empty()) return "a single value";
-    std::string text;
-    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
-    return text;
-}
-
-}}  // namespace ldi
-
-// ---- ldi/base/progress.hpp
-// Progress reports and cancellation of long work.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
-struct progress_listener {
-    void* user = nullptr;
-    void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
-    bool (*is_canceled)(void* user) = nullptr;
-
-    /// Reports progress. Raises canceled if the caller requests to stop.
-    void report(std::string_view stage, float fraction) const {
-        if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
-    }
-};
-
-}}  // namespace ldi
-
-// ---- ldi/base/utf8.hpp
-// Recognizes characters of text in UTF-8 (RFC 3629).
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
-/// in its shortest form, for example because it is empty. Surrogates are not characters.
-inline std::size_t utf8_length(std::string_view text) {
-    if (text.empty()) return 0;
-    const auto byte = [&](std::size_t i) {
-        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
-    };
-    const unsigned lead = byte(0);
-    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-    if (lead == 0xED) good = good && byte(1) < 0xA0;
-    if (lead == 0xF0) good = good && byte(1) >= 0x90;
-    if (lead == 0xF4) good = good && byte(1) < 0x90;
-    return good ? 1 + more : 0;
-}
-
-}}  // namespace ldi
-
-// ---- ldi/base/numbers.hpp
-// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
-// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
-// everywhere.
-
-#include <cmath>
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
-template <std::integral Integer>
-constexpr float nearest_float(Integer n) {
-    return static_cast<float>(n);
-}
-
-/// Converts an integer to the nearest double: exact up to 2^53.
-template <std::integral Integer>
-constexpr double nearest_double(Integer n) {
-    return static_cast<double>(n);
-}
-
-/// Rounds to the nearest integer, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest
-/// number below 0.5 to 1.
-constexpr std::int64_t nearest_whole(double value) {
-    const auto whole = static_cast<std::int64_t>(value);
-    const double rest = value - static_cast<double>(whole);  // exact
-    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
-}
-
-/// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
-constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
-
-/// Rounds to the nearest byte, halves up, and clamps.
-inline std::uint8_t rounded_to_byte(float value) {
-    const float clamped = std::clamp(value, 0.0F, 255.0F);
-    const auto whole = static_cast<std::int32_t>(clamped);
-    return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
-}
-
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
-/// round up, so that 0.49999997 becomes 1.
-constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
-
-/// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.
-inline std::uint32_t bits_of(float value) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-inline float float_of(std::uint32_t bits) {
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-/// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
-/// not depend on that.
-inline float fused_multiply_add(float a, float b, float c) {
-#if defined(__FMA__) || defined(__aarch64__)
-    return std::fma(a, b, c);  // one instruction
-#else
-    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct (S.
-    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd", 2008).
-    const double product = double{a} * double{b}, sum = product + double{c};
-    const double share_of_c = sum - product;
-    const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
-    if (!(error < 0.0 || error > 0.0) || !std::isfinite(sum)) return static_cast<float>(sum);
-    std::uint64_t bits;
-    std::memcpy(&bits, &sum, sizeof bits);
-    if (bits % 2 == 0) bits += (error > 0.0) == (sum > 0.0) ? std::uint64_t{1} : ~std::uint64_t{0};
-    double odd;
-    std::memcpy(&odd, &bits, sizeof odd);
-    return static_cast<float>(odd);
-#endif
-}
-
-/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
-inline float vector_length(float x, float y) {
-    return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
-}
-
-/// Natural logarithm of a positive, finite number, computed to 1e-14 in double precision and then rounded, the same on every
-/// machine.
-inline float natural_logarithm(float x) {
-    int exponent = 0;
-    double mantissa = std::frexp(double{x}, &exponent);
-    if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
-    // log(m) = 2 artanh(s), a series of odd powers of s. Since s^2 <= 0.0295, terms after s^19 are below 1e-15.
-    const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
-    double sum = 0;
-    for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
-    return static_cast<float>(exponent * 0.69314718055994531 + s * sum);
-}
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/core/camera.hpp
-// The pinhole camera that took the photo, and the conversion of disparity to distance. The paper lifts every vertex "along its
-// corresponding ray according to its depth" (section "Meshing"); this header defines the ray and the depth.
-
-#include <array>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
-/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
-/// origin looking along -z.
-struct pinhole_camera {
-    std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
-    float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
-
-    /// Middle of the photo in pixels.
-    float center_x() const { return 0.5F * detail::nearest_float(width); }
-    float center_y() const { return 0.5F * detail::nearest_float(height); }
-
-    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
-    std::array<float, 3> unproject(float x, float y, float depth) const {
-        const float scale = depth / focal_length;
-        return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
-    }
-
-    /// Projects a point in front of the camera to the photo, in pixels.
-    std::array<float, 2> project(const std::array<float, 3>& point) const {
-        const float scale = focal_length / -point[2];
-        return {center_x() + point[0] * scale, center_y() - point[1] * scale};
-    }
-};
-
-/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
-/// diagonal of a frame of 36 mm x 24 mm.
-///
-/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
-inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
-    return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
-           detail::vector_length(36.0F, 24.0F);
-}
-
-/// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
-///
-/// degrees  above 0, below 180
-inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
-    const float radians = degrees * 3.14159265358979F / 180.0F;
-    return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
-}
-
-/// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
-/// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
-/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
-/// distances: those outside the ranges below lead to depths that are infinite or NaN.
-struct depth_range {
-    float z_near = 1.0F;  ///< depth at disparity 1, above 0
-    float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
-
-    float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
-    float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
-
-    /// Returns an upper bound, in pixels, on the distance by which renderers shift the texture along an edge of `length` pixels
-    /// between these disparities. Perspective-correct interpolation causes the shift: at the middle of the edge, renderers sample
-    /// the texture closer to the nearer end.
-    float texture_shift(float length, float disparity_a, float disparity_b) const {
-        const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
-    }
-};
-
-}}  // namespace ldi
-
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
@@ -1371,6 +939,103 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
 inline bool operator==(const graph& a, const graph& b) { return graph_view(a) == graph_view(b); }
 
 }}  // namespace ldi
+
+// ---- ldi/base/numbers.hpp
+// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
+// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
+// everywhere.
+
+#include <algorithm>
+#include <cmath>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
+template <std::integral Integer>
+constexpr float nearest_float(Integer n) {
+    return static_cast<float>(n);
+}
+
+/// Converts an integer to the nearest double: exact up to 2^53.
+template <std::integral Integer>
+constexpr double nearest_double(Integer n) {
+    return static_cast<double>(n);
+}
+
+/// Rounds to the nearest integer, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest
+/// number below 0.5 to 1.
+constexpr std::int64_t nearest_whole(double value) {
+    const auto whole = static_cast<std::int64_t>(value);
+    const double rest = value - static_cast<double>(whole);  // exact
+    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
+}
+
+/// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
+constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
+
+/// Rounds to the nearest byte, halves up, and clamps.
+inline std::uint8_t rounded_to_byte(float value) {
+    const float clamped = std::clamp(value, 0.0F, 255.0F);
+    const auto whole = static_cast<std::int32_t>(clamped);
+    return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
+}
+
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
+/// round up, so that 0.49999997 becomes 1.
+constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
+
+/// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.
+inline std::uint32_t bits_of(float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+inline float float_of(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
+/// not depend on that.
+inline float fused_multiply_add(float a, float b, float c) {
+#if defined(__FMA__) || defined(__aarch64__)
+    return std::fma(a, b, c);  // one instruction
+#else
+    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct (S.
+    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd", 2008).
+    const double product = double{a} * double{b}, sum = product + double{c};
+    const double share_of_c = sum - product;
+    const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
+    if (!(error < 0.0 || error > 0.0) || !std::isfinite(sum)) return static_cast<float>(sum);
+    std::uint64_t bits;
+    std::memcpy(&bits, &sum, sizeof bits);
+    if (bits % 2 == 0) bits += (error > 0.0) == (sum > 0.0) ? std::uint64_t{1} : ~std::uint64_t{0};
+    double odd;
+    std::memcpy(&odd, &bits, sizeof odd);
+    return static_cast<float>(odd);
+#endif
+}
+
+/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
+inline float vector_length(float x, float y) {
+    return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
+}
+
+/// Natural logarithm of a positive, finite number, computed to 1e-14 in double precision and then rounded, the same on every
+/// machine.
+inline float natural_logarithm(float x) {
+    int exponent = 0;
+    double mantissa = std::frexp(double{x}, &exponent);
+    if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
+    // log(m) = 2 artanh(s), a series of odd powers of s. Since s^2 <= 0.0295, terms after s^19 are below 1e-15.
+    const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
+    double sum = 0;
+    for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
+    return static_cast<float>(exponent * 0.69314718055994531 + s * sum);
+}
+
+}}}  // namespace ldi::detail
 
 // ---- ldi/core/validate.hpp
 // Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() raises an error if
@@ -1682,6 +1347,8 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 // ---- ldi/core/columns.hpp
 // Payload columns: the data of each pixel of a layered image. A tag type names a column and defines its values at pixels that
 // stages add, at pixels of coarser levels, and at vertices of a mesh.
+
+#include <array>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2690,6 +2357,940 @@ coarsened_layers<Columns...> coarsen(const layered_view<Columns...>& fine, orpha
     coarsened level = coarsen(fine.topology(), orphans);
     return {detail::coarser_columns(fine, std::move(level.topology), level.map), std::move(level.map)};
 }
+
+}}  // namespace ldi
+
+// ---- ldi/core/window.hpp
+// Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
+// "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Maximum kernel size of gather_window().
+inline constexpr std::int32_t max_kernel_size = 15;
+
+namespace detail {
+
+/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
+/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
+inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
+    const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
+    if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
+    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
+    window[0] = first(g.left()[up], g.up()[left]), window[2] = first(g.right()[up], g.up()[right]);
+    window[6] = first(g.left()[down], g.down()[left]), window[8] = first(g.right()[down], g.down()[right]);
+    window[1] = up, window[3] = left, window[4] = pixel, window[5] = right, window[7] = down;
+    return true;
+}
+
+[[noreturn]] inline void refuse_kernel_size(std::int32_t kernel_size) {
+    raise(error_code::invalid_option, "gather_window", "an odd kernel size from 1 to " + std::to_string(max_kernel_size),
+          std::to_string(kernel_size));
+}
+
+}  // namespace detail
+
+/// Fills `window` with the pixels under a kernel centered on `pixel`.
+///
+/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
+/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
+///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
+///              there
+///
+/// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
+/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
+/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
+/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
+/// does not contain i.
+inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
+    const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
+    LDI_ASSERT(window.size() == count);
+    LDI_ASSERT(pixel >= 0 && pixel < g.count());
+    if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
+
+    // The window with a border of elements that count as reached, so that exploration ends at the border.
+    constexpr std::int32_t border = 0;
+    const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
+    std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
+    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements in the order of exploration
+    std::fill_n(found.begin(), width * width, border);
+    for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
+    const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
+    at(center) = pixel, reached[0] = center;
+    std::size_t reached_count = 1;
+    for (std::size_t next = 0; next < reached_count && reached_count < count; ++next) {
+        const std::int32_t from = reached[next];
+        for (side s : all_sides) {
+            const std::int32_t to = from + step_y(s) * width + step_x(s);
+            if (at(to) != no_pixel) continue;
+            const std::int32_t neighbor = g.neighbor(at(from), s);
+            if (neighbor != no_pixel) at(to) = neighbor, reached[reached_count++] = to;
+        }
+    }
+    for (std::int32_t row = 0; row < kernel_size; ++row)
+        std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
+}
+
+}}  // namespace ldi
+
+// ---- ldi/nn/ldi/detail/regular_pixels.hpp
+// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
+
+#include <bit>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A set of pixels with one bit per pixel. Bits before the first and after the last pixel are zero. Shifts and masks replace
+/// division by 64, which is slower for signed numbers.
+class pixel_bits {
+public:
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before, at least one after
+
+    std::int32_t word_count() const { return words_.count() - 2; }
+    std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
+    std::uint64_t word(std::int32_t index) const { return words_[index + 1]; }
+
+    bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
+
+    /// Returns bits i to i + 63, where i ranges from -64 to the last pixel.
+    std::uint64_t from(std::int32_t i) const {
+        const std::int32_t at = i + 64, shift = at & 63;
+        const std::uint64_t low = words_[at >> 6] >> shift;
+        return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
+    }
+
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
+    /// different object.
+    void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
+            const std::uint64_t bits = source.from(source_first) & ones(here);
+            word(first >> 6) |= bits << (first & 63);
+            first += here, source_first += here;
+        }
+    }
+
+    void set(std::int32_t first, std::int32_t count, bool value) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
+            const std::uint64_t bits = ones(here) << (first & 63);
+            word(first >> 6) = value ? word(first >> 6) | bits : word(first >> 6) & ~bits;
+            first += here;
+        }
+    }
+
+    void keep_common(const pixel_bits& other) {
+        for (std::size_t w = 0; w < words_.size(); ++w) words_[w] &= other.words_[w];
+    }
+
+private:
+    static std::uint64_t ones(std::int32_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
+
+    buffer<std::uint64_t> words_;
+};
+
+/// Pixels first, first + 1, ... whose neighbors on one side are target, target + 1, ...
+struct pixel_strip {
+    std::int32_t first, count, target;
+};
+
+/// Returns the first index at or after `i` whose value is not the previous value plus one.
+///
+/// i  at least 1
+inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
+    // Compares values in blocks for speed: strips are as long as image rows, and these loops read every link of the graph.
+    constexpr std::size_t block = 16;
+    for (; i + block <= links.size(); i += block) {
+        std::int32_t different = 0;
+        for (std::size_t n = i; n < i + block; ++n) different |= links[n] ^ (links[n - 1] + 1);
+        if (different != 0) break;
+    }
+    while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
+    return static_cast<std::int32_t>(i);
+}
+
+/// Splits the pixels that have a neighbor on one side into as few strips as possible.
+///
+/// links  the neighbor of each pixel on this side, or no_pixel
+inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
+    buffer<pixel_strip> strips;
+    for (std::int32_t first = 0, last; first < links.count(); first = last) {
+        last = first + 1;
+        if (links[first] == no_pixel) continue;
+        last = end_of_strip(links, static_cast<std::size_t>(last));
+        strips.push_back({first, last - first, links[first]});
+    }
+    return strips;
+}
+
+/// Strips of a graph's links, computed once for all kernel sizes.
+struct link_strips {
+    buffer<pixel_strip> up, down, right;
+
+    explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
+};
+
+/// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
+/// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
+/// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
+/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs,
+/// regardless of other links.
+///
+/// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
+/// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
+/// round |x| + |y|. Claim: in each round d, every element gets the pixel of its rib, and the elements are reached in this order:
+/// those above the center, topmost row first; those below it, bottommost row first; then (-d, 0) and (d, 0). Round 0 satisfies
+/// the claim. Suppose round d does, and consider an element (x, y) of round d + 1.
+///
+/// If x = 0, its only neighbor in round d is the next pixel of the spine toward the center. If y = 0, its only neighbor in round
+/// d is the next pixel of the rib toward the center. Otherwise it has two neighbors in round d: A on the same rib, closer to the
+/// spine, and B in the row closer to the center. A is in a row farther from the center than B, so exploration processes A first.
+/// The link from A along the rib exists, so (x, y) gets the pixel of the rib.
+///
+/// Each element is thus reached from the previous element of its spine or rib. Elements of one row are reached in the order of
+/// these predecessors. For d <= r, the first element of round d above the center is on the spine. Exploration follows its link
+/// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
+/// same holds below the center. This is the claimed order.
+///
+/// Links outside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
+/// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
+/// windows.
+class regular_pixels {
+public:
+    regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
+
+    regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
+        : radius_(kernel_size / 2), g_(g), regular_(g.size()), continues_(g.size()) {
+        pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
+        for (const pixel_strip& strip : strips.right)
+            if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
+        continues_ = has_right;
+        regular_.set(0, g.count(), true);
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w)
+            for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
+        const pixel_bits ribs = regular_;
+        follow(strips.up, ribs);
+        follow(strips.down, ribs);
+    }
+
+    std::int32_t kernel_size() const { return 2 * radius_ + 1; }
+    bool contains(std::int32_t pixel) const { return regular_[pixel]; }
+
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose spines are adjacent in memory. `rows` is the spine
+    /// of the run's first pixel: kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
+    template <class Visit>
+    void for_each_segment(Visit&& visit) {
+        buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
+            const std::int32_t i = w * 64;
+            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & continues_.from(i - 1)), w, firsts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & continues_.word(w)), w, lasts);
+        }
+        for (std::size_t s = 0; s < firsts.size(); ++s) {
+            rows[radius_] = firsts[s];
+            for (std::int32_t n = 1; n <= radius_; ++n) {
+                rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
+                rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
+            }
+            const std::int32_t count = lasts[s] - firsts[s] + 1;
+            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows))) regular_.set(firsts[s], count, false);
+        }
+    }
+
+    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
+    template <class Visit>
+    void for_each_other(Visit&& visit) const {
+        buffer<std::int32_t> pixels;
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
+        for (const std::int32_t pixel : pixels)
+            if (pixel < g_.count()) visit(pixel);
+    }
+
+private:
+    static void append_set_bits(std::uint64_t bits, std::int32_t word, buffer<std::int32_t>& pixels) {
+        for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
+    }
+
+    /// Follows the half of each spine that extends to one side, up or down. Clears a pixel's bit in `regular_` if this half is
+    /// incomplete or has an incomplete rib. Clears its bit in `continues_` if this half is not adjacent in memory to the
+    /// corresponding half of the next pixel's spine.
+    ///
+    /// strips  links toward that side
+    void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
+        pixel_bits with_rib = ribs, side_by_side(g_.size());
+        for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
+        for (std::int32_t n = 1; n <= radius_; ++n) {
+            with_rib = as_seen_from_neighbors(with_rib, strips);
+            regular_.keep_common(with_rib);
+            if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
+            continues_.keep_common(side_by_side);
+        }
+    }
+
+    /// Returns, for each pixel, the bit of its neighbor along `strips`, or zero for a pixel without this neighbor.
+    pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
+        pixel_bits seen(g_.size());
+        for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
+        return seen;
+    }
+
+    std::int32_t radius_;
+    graph_view g_;
+    pixel_bits regular_;
+    pixel_bits
+        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/nn/ldi/convolution_plan.hpp
+// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
+// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
+// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+class convolution_plan;
+
+namespace detail {
+
+/// A run of outputs of a plan.
+struct plan_segment {
+    std::int32_t first, count;
+};
+
+/// Writable contents of a plan. Planning and renumbering functions fill them.
+struct plan_parts {
+    std::int32_t kernel_size = 1, stride = 1;
+    std::size_t input_count = 0;     ///< pixels of the graph
+    std::size_t output_count = 0;    ///< pixels of the graph or, with stride 2, of the coarse graph
+    buffer<plan_segment> segments;   ///< in ascending order of outputs
+    buffer<std::int32_t> rows;       ///< segments x kernel_size: center pixels of window rows, as in rows_of()
+    buffer<std::int32_t> irregular;  ///< outputs, ascending
+    buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
+
+    std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
+    std::size_t elements() const { return k() * k(); }
+};
+
+convolution_plan plan_of(plan_parts parts);
+plan_parts parts_of(convolution_plan plan);
+
+}  // namespace detail
+
+/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans are
+/// immutable, so their pixel and output indices stay valid.
+class convolution_plan {
+public:
+    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
+    /// kernel_size pixels centered at pixel `rows_of(s)[r] + stride * i`, where s is the index of the segment.
+    using segment = detail::plan_segment;
+
+    /// Makes a plan without inputs and outputs.
+    convolution_plan() = default;
+    convolution_plan(const convolution_plan&) = default;
+    convolution_plan& operator=(const convolution_plan& other) { return *this = convolution_plan(other); }
+    /// The moved-from plan is empty.
+    convolution_plan(convolution_plan&& other) noexcept : parts_(std::exchange(other.parts_, {})) {}
+    convolution_plan& operator=(convolution_plan&& other) noexcept {
+        parts_ = std::exchange(other.parts_, {});
+        return *this;
+    }
+
+    std::int32_t kernel_size() const { return parts_.kernel_size; }
+    std::int32_t stride() const { return parts_.stride; }
+    /// Number of pixels of the graph.
+    std::size_t input_count() const { return parts_.input_count; }
+    /// Number of pixels of the graph or, with stride 2, of the coarse graph.
+    std::size_t output_count() const { return parts_.output_count; }
+    /// Whether a convolution computes all outputs. Time is linear in the number of segments.
+    bool is_full() const {
+        std::size_t computed = parts_.irregular.size();
+        for (const segment& s : parts_.segments) computed += static_cast<std::size_t>(s.count);
+        return computed == output_count();
+    }
+    /// kernel_size() as std::size_t.
+    std::size_t k() const { return parts_.k(); }
+    /// Number of pixels per window.
+    std::size_t elements() const { return parts_.elements(); }
+
+    /// The segments, in ascending order of outputs.
+    array_view<const segment> segments() const& { return parts_.segments; }
+    array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
+    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
+    std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
+    std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
+    /// The irregular outputs, ascending.
+    array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
+    array_view<const std::int32_t> irregular() const&& = delete;
+    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
+    std::span<const std::int32_t> window_of(std::size_t i) const& {
+        return std::span(parts_.windows).subspan(i * elements(), elements());
+    }
+    std::span<const std::int32_t> window_of(std::size_t) const&& = delete;
+    /// The windows of all irregular outputs.
+    array_view<const std::int32_t> windows() const& { return parts_.windows; }
+    array_view<const std::int32_t> windows() const&& = delete;
+
+    /// Memory that the plan has allocated, in bytes.
+    std::size_t bytes() const {
+        return parts_.segments.capacity() * sizeof(segment) +
+               (parts_.rows.capacity() + parts_.irregular.capacity() + parts_.windows.capacity()) * sizeof(std::int32_t);
+    }
+
+private:
+    friend convolution_plan detail::plan_of(detail::plan_parts parts);
+    friend detail::plan_parts detail::parts_of(convolution_plan plan);
+
+    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
+
+    detail::plan_parts parts_;
+};
+
+namespace detail {
+
+inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
+inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
+
+/// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
+inline const graph_view& checked(const graph_view& g) {
+    if (const std::optional<violation> found = validate(g)) found->refuse("plan_convolution");
+    return g;
+}
+
+inline void check_kernel_size(std::int32_t kernel_size) {
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
+        raise(error_code::invalid_option, "kernel_size", "an odd number from 1 to " + std::to_string(max_kernel_size),
+              std::to_string(kernel_size));
+}
+
+/// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
+/// share the kernels' tiles.
+inline constexpr std::int32_t min_segment = 4;
+
+inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::int32_t> rows, std::int32_t shift) {
+    plan.segments.push_back(s);
+    for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
+}
+
+inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
+    plan.irregular.push_back(output);
+    plan.windows.resize(plan.windows.size() + plan.elements());
+    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
+}
+
+inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
+    plan_parts plan;
+    plan.kernel_size = kernel_size;
+    plan.input_count = plan.output_count = g.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (count < min_segment) return false;
+        add_segment(plan, {first, count}, rows, 0);
+        return true;
+    });
+    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
+    return plan_of(std::move(plan));
+}
+
+inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
+    const auto refuse = [&](const std::string& found) {
+        raise(error_code::mismatch, "plan_convolution", "the level_map that coarsen() returned for this graph", found);
+    };
+    const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
+    if (parent.size() != g.size())
+        refuse("the map of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
+    if (map.width() != g.width() || map.height() != g.height()) refuse("the map of a graph on a lattice of another size");
+    plan_parts plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = all_kept.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (g.y()[first] % 2 != 0) return true;
+        const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
+        if (kept < min_segment) return false;
+        // The kept pixels of a run are consecutive in the coarse graph.
+        const std::int32_t output = parent[first + odd];
+        if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
+            all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
+            refuse("the map of another graph");
+        add_segment(plan, {output, kept}, rows, odd);
+        return true;
+    });
+    for (std::int32_t o = 0; o < all_kept.count(); ++o)
+        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
+    return plan_of(std::move(plan));
+}
+
+}  // namespace detail
+
+/// Plans a convolution with stride 1. The pixels may have any order; the canonical order (core/canonical_order.hpp) is the
+/// fastest.
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for any other kernel size.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
+}
+
+/// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
+///
+/// kernel_size  odd, 1 to max_kernel_size
+/// map          coarsened::map of the result of coarsen(g)
+///
+/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
+/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
+}
+
+}}  // namespace ldi
+
+// ---- ldi/nn/ldi/restrict_plan.hpp
+// Restricts the plan of a convolution to some of its outputs, so that the convolution computes only these, and lists the pixels
+// that a plan reads. Networks use both to compute, layer by layer, only what the wanted pixels need.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
+template <class Number>
+plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
+    plan_parts result;
+    result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
+    result.input_count = plan.input_count(), result.output_count = plan.output_count();
+    const array_view<const plan_segment> segments = plan.segments();
+    const array_view<const std::int32_t> all_irregular = plan.irregular();
+    const auto refuse = [](std::int32_t output) {
+        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
+    };
+    std::size_t s = 0, irregular = 0;
+    for (std::size_t i = 0; i < outputs.size();) {
+        const std::int32_t output = outputs[i];
+        if (i > 0 && outputs[i - 1] >= output) refuse(output);
+        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
+        if (s == segments.size() || segments[s].first > output) {
+            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
+            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
+            result.irregular.push_back(number(i));
+            const std::span<const std::int32_t> window = plan.window_of(irregular);
+            result.windows.append(window.begin(), window.end());
+            ++i;
+            continue;
+        }
+        const plan_segment from = segments[s];
+        std::size_t last = i + 1;
+        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
+        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
+        const std::span<const std::int32_t> rows = plan.rows_of(s);
+        if (count >= min_segment)
+            add_segment(result, {number(i), count}, rows, shift);
+        else
+            for (std::int32_t o = 0; o < count; ++o) {
+                result.irregular.push_back(number(i) + o);
+                for (const std::int32_t row : rows)
+                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
+                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
+            }
+        i = last;
+    }
+    return result;
+}
+
+}  // namespace detail
+
+/// Returns the plan restricted to some outputs.
+///
+/// outputs  ascending outputs of the plan; raises mismatch for others
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
+}
+
+/// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
+///
+/// outputs  as in restrict_to()
+inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    detail::plan_parts result =
+        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+    result.output_count = outputs.size();
+    return detail::plan_of(std::move(result));
+}
+
+/// Marks all pixels that the plan's outputs read.
+///
+/// marks  plan.input_count(); the function sets marks to 1 and clears none
+inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
+    LDI_ASSERT(marks.size() == plan.input_count());
+    for (std::size_t s = 0; s < plan.segments().size(); ++s)
+        for (const std::int32_t row : plan.rows_of(s)) {
+            std::uint8_t* const first = marks.data() + (row - plan.kernel_size() / 2);
+            const std::int32_t count = plan.stride() * (plan.segments()[s].count - 1) + plan.kernel_size();
+            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
+            if (plan.kernel_size() > 1 || plan.stride() == 1)
+                std::fill_n(first, count, std::uint8_t{1});
+            else
+                for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
+        }
+    for (const std::int32_t pixel : plan.windows())
+        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
+}
+
+/// Lists all pixels that the plan's outputs read, ascending.
+inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
+    buffer<std::uint8_t> marks(plan.input_count(), 0);
+    mark_needed_inputs(plan, marks);
+    buffer<std::int32_t> pixels;
+    for (std::int32_t i = 0; i < marks.count(); ++i)
+        if (marks[i] != 0) pixels.push_back(i);
+    return pixels;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/base/executor.hpp
+// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
+// Results never depend on the executor or on its number of threads.
+
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
+/// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
+/// returns after all calls. An engine wraps its own job system in these members. The functions that ldi passes to run() let no
+/// exception escape, so that C code may call them.
+template <class T>
+concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
+    { e.concurrency() } -> std::convertible_to<std::size_t>;
+    e.run(count, function, data);
+};
+
+/// Runs everything on the calling thread.
+struct serial_executor {
+    std::size_t concurrency() const { return 1; }
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
+        for (std::size_t i = 0; i < count; ++i) function(data, i);
+    }
+};
+
+/// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
+/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
+/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
+/// pieces that have not started, and rethrows the first exception after all calls have ended.
+template <executor Executor, class Body>
+void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
+    if (count == 0) return;
+    const std::size_t wanted = threads.concurrency() * 4;  // several pieces per thread balance uneven work
+    const std::size_t possible = count / std::max<std::size_t>(grain, 1);
+    const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
+    if (pieces <= 1) {
+        body(std::size_t{0}, count);
+        return;
+    }
+    struct task {
+        std::remove_reference_t<Body>* body;
+        std::size_t piece, longer_pieces;       // the first `longer_pieces` pieces have one index more
+        const memory& from = current_memory();  // memory for all threads that work on this range
+        std::mutex mutex{};
+        std::exception_ptr failure{};
+
+        std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
+        void run(std::size_t i) {
+            const memory_scope scope(from);
+#if LDI_HAS_EXCEPTIONS
+            {
+                const std::lock_guard lock(mutex);
+                if (failure != nullptr) return;
+            }
+            try {
+                (*body)(start(i), start(i + 1));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                if (failure == nullptr) failure = std::current_exception();
+            }
+#else
+            (*body)(start(i), start(i + 1));
+#endif
+        }
+    } shared{&body, count / pieces, count % pieces};
+    threads.run(
+        pieces, [](void* data, std::size_t i) { static_cast<task*>(data)->run(i); }, &shared);
+    if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
+}
+
+/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
+/// pool runs does not call run() of the same pool, which would deadlock.
+class thread_pool {
+public:
+    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
+    ///          of them, the pool is smaller
+    explicit thread_pool(std::size_t threads = 0) {
+        if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
+        workers_.reserve(threads - 1);
+        for (std::size_t i = 1; i < threads; ++i)
+            if (!start_worker()) break;
+    }
+    thread_pool(const thread_pool&) = delete;
+    thread_pool& operator=(const thread_pool&) = delete;
+    ~thread_pool() {
+        {
+            const std::lock_guard lock(mutex_);
+            stop_ = true;
+        }
+        wake_.notify_all();
+        for (std::thread& worker : workers_) worker.join();
+    }
+
+    std::size_t concurrency() const { return workers_.size() + 1; }
+
+    /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
+        LDI_ASSERT(pool_of_thread() != this);
+        const std::lock_guard one_at_a_time(run_mutex_);
+        std::unique_lock lock(mutex_);
+        function_ = function, data_ = data, next_ = 0, count_ = count, running_ = 0, failure_ = nullptr;
+        wake_.notify_all();
+        drain(lock);
+        done_.wait(lock, [this] { return next_ == count_ && running_ == 0; });
+        if (failure_ != nullptr) std::rethrow_exception(std::exchange(failure_, nullptr));
+    }
+
+private:
+    bool start_worker() {
+#if LDI_HAS_EXCEPTIONS
+        try {
+            workers_.emplace_back([this] { work(); });
+        } catch (const std::exception&) {
+            return false;
+        }
+#else
+        workers_.emplace_back([this] { work(); });
+#endif
+        return true;
+    }
+
+    void work() {
+        std::unique_lock lock(mutex_);
+        while (true) {
+            wake_.wait(lock, [this] { return stop_ || next_ < count_; });
+            if (stop_) return;
+            drain(lock);
+        }
+    }
+
+    void drain(std::unique_lock<std::mutex>& lock) {
+        while (next_ < count_) {
+            const std::size_t index = next_++;
+            ++running_;
+            lock.unlock();
+            std::exception_ptr failure = call(index);
+            lock.lock();
+            if (failure != nullptr) {
+                if (failure_ == nullptr) failure_ = failure;
+                next_ = count_;  // skips the other calls: their results would be discarded
+            }
+            if (--running_ == 0 && next_ == count_) done_.notify_all();
+        }
+    }
+
+    /// The pool for which this thread is working.
+    static const thread_pool*& pool_of_thread() {
+        static thread_local const thread_pool* pool = nullptr;
+        return pool;
+    }
+
+    std::exception_ptr call(std::size_t index) {
+        struct work_scope {
+            const thread_pool* before;
+            ~work_scope() { pool_of_thread() = before; }
+        } const scope{std::exchange(pool_of_thread(), this)};
+#if LDI_HAS_EXCEPTIONS
+        try {
+            function_(data_, index);
+        } catch (...) {
+            return std::current_exception();
+        }
+#else
+        function_(data_, index);
+#endif
+        return nullptr;
+    }
+
+    std::vector<std::thread> workers_;
+    std::mutex run_mutex_, mutex_;
+    std::condition_variable wake_, done_;
+    void (*function_)(void*, std::size_t) = nullptr;
+    void* data_ = nullptr;
+    std::size_t next_ = 0, count_ = 0, running_ = 0;
+    std::exception_ptr failure_;
+    bool stop_ = false;
+};
+
+}}  // namespace ldi
+
+// ---- ldi/base/named_tensors.hpp
+// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp makes `named_tensors` from a file. Networks
+// look up their weights in `named_tensors` (nn/weights.hpp).
+
+#include <functional>
+#include <map>
+#include <variant>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A shape and row-major values. Half-precision numbers of a file become float.
+struct tensor {
+    buffer<std::size_t> shape;  ///< empty for a single value
+    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
+};
+
+/// Tensors and metadata of a weight file. Names are unique.
+struct named_tensors {
+    std::map<std::string, tensor, std::less<>> tensors;
+    std::map<std::string, std::string, std::less<>> metadata;
+    std::string where;  ///< path of the file, for messages
+};
+
+/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
+inline std::string shape_text(const buffer<std::size_t>& shape) {
+    if (shape.empty()) return "a single value";
+    std::string text;
+    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
+    return text;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/base/progress.hpp
+// Progress reports and cancellation of long work.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
+struct progress_listener {
+    void* user = nullptr;
+    void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
+    bool (*is_canceled)(void* user) = nullptr;
+
+    /// Reports progress. Raises canceled if the caller requests to stop.
+    void report(std::string_view stage, float fraction) const {
+        if (on_progress != nullptr) on_progress(user, stage, fraction);
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
+    }
+};
+
+}}  // namespace ldi
+
+// ---- ldi/base/utf8.hpp
+// Recognizes characters of text in UTF-8 (RFC 3629).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
+/// in its shortest form, for example because it is empty. Surrogates are not characters.
+inline std::size_t utf8_length(std::string_view text) {
+    if (text.empty()) return 0;
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
+    };
+    const unsigned lead = byte(0);
+    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+    if (lead == 0xED) good = good && byte(1) < 0xA0;
+    if (lead == 0xF0) good = good && byte(1) >= 0x90;
+    if (lead == 0xF4) good = good && byte(1) < 0x90;
+    return good ? 1 + more : 0;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/core/camera.hpp
+// The pinhole camera that took the photo, and the conversion of disparity to distance. The paper lifts every vertex "along its
+// corresponding ray according to its depth" (section "Meshing"); this header defines the ray and the depth.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
+/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
+/// origin looking along -z.
+struct pinhole_camera {
+    std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
+    float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
+
+    /// Middle of the photo in pixels.
+    float center_x() const { return 0.5F * detail::nearest_float(width); }
+    float center_y() const { return 0.5F * detail::nearest_float(height); }
+
+    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
+    std::array<float, 3> unproject(float x, float y, float depth) const {
+        const float scale = depth / focal_length;
+        return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
+    }
+
+    /// Projects a point in front of the camera to the photo, in pixels.
+    std::array<float, 2> project(const std::array<float, 3>& point) const {
+        const float scale = focal_length / -point[2];
+        return {center_x() + point[0] * scale, center_y() - point[1] * scale};
+    }
+};
+
+/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
+/// diagonal of a frame of 36 mm x 24 mm.
+///
+/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
+inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
+    return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
+           detail::vector_length(36.0F, 24.0F);
+}
+
+/// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
+///
+/// degrees  above 0, below 180
+inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
+    const float radians = degrees * 3.14159265358979F / 180.0F;
+    return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
+}
+
+/// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
+/// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
+/// distances: those outside the ranges below lead to depths that are infinite or NaN.
+struct depth_range {
+    float z_near = 1.0F;  ///< depth at disparity 1, above 0
+    float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
+
+    float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
+    float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
+
+    /// Returns an upper bound, in pixels, on the distance by which renderers shift the texture along an edge of `length` pixels
+    /// between these disparities. Perspective-correct interpolation causes the shift: at the middle of the edge, renderers sample
+    /// the texture closer to the nearer end.
+    float texture_shift(float length, float disparity_a, float disparity_b) const {
+        const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
+        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
+    }
+};
 
 }}  // namespace ldi
 
@@ -3846,80 +4447,6 @@ private:
     surface_rule surface_;
     corner_map all_;
 };
-
-}}  // namespace ldi
-
-// ---- ldi/core/window.hpp
-// Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
-// "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Maximum kernel size of gather_window().
-inline constexpr std::int32_t max_kernel_size = 15;
-
-namespace detail {
-
-/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
-/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
-inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
-    const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
-    if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
-    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
-    window[0] = first(g.left()[up], g.up()[left]), window[2] = first(g.right()[up], g.up()[right]);
-    window[6] = first(g.left()[down], g.down()[left]), window[8] = first(g.right()[down], g.down()[right]);
-    window[1] = up, window[3] = left, window[4] = pixel, window[5] = right, window[7] = down;
-    return true;
-}
-
-[[noreturn]] inline void refuse_kernel_size(std::int32_t kernel_size) {
-    raise(error_code::invalid_option, "gather_window", "an odd kernel size from 1 to " + std::to_string(max_kernel_size),
-          std::to_string(kernel_size));
-}
-
-}  // namespace detail
-
-/// Fills `window` with the pixels under a kernel centered on `pixel`.
-///
-/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
-/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
-///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
-///              there
-///
-/// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
-/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
-/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
-/// does not contain i.
-inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
-    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
-    const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
-    LDI_ASSERT(window.size() == count);
-    LDI_ASSERT(pixel >= 0 && pixel < g.count());
-    if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
-
-    // The window with a border of elements that count as reached, so that exploration ends at the border.
-    constexpr std::int32_t border = 0;
-    const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
-    std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
-    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements in the order of exploration
-    std::fill_n(found.begin(), width * width, border);
-    for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
-    const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
-    at(center) = pixel, reached[0] = center;
-    std::size_t reached_count = 1;
-    for (std::size_t next = 0; next < reached_count && reached_count < count; ++next) {
-        const std::int32_t from = reached[next];
-        for (side s : all_sides) {
-            const std::int32_t to = from + step_y(s) * width + step_x(s);
-            if (at(to) != no_pixel) continue;
-            const std::int32_t neighbor = g.neighbor(at(from), s);
-            if (neighbor != no_pixel) at(to) = neighbor, reached[reached_count++] = to;
-        }
-    }
-    for (std::int32_t row = 0; row < kernel_size; ++row)
-        std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
-}
 
 }}  // namespace ldi
 
@@ -10352,525 +10879,6 @@ inline std::string shape_text(const auto& picture) {
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
 }}}  // namespace ldi::detail
-
-// ---- ldi/nn/ldi/detail/regular_pixels.hpp
-// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
-
-#include <bit>
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// A set of pixels with one bit per pixel. Bits before the first and after the last pixel are zero. Shifts and masks replace
-/// division by 64, which is slower for signed numbers.
-class pixel_bits {
-public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before, at least one after
-
-    std::int32_t word_count() const { return words_.count() - 2; }
-    std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
-    std::uint64_t word(std::int32_t index) const { return words_[index + 1]; }
-
-    bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
-
-    /// Returns bits i to i + 63, where i ranges from -64 to the last pixel.
-    std::uint64_t from(std::int32_t i) const {
-        const std::int32_t at = i + 64, shift = at & 63;
-        const std::uint64_t low = words_[at >> 6] >> shift;
-        return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
-    }
-
-    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
-    /// different object.
-    void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
-        for (const std::int32_t last = first + count; first < last;) {
-            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
-            const std::uint64_t bits = source.from(source_first) & ones(here);
-            word(first >> 6) |= bits << (first & 63);
-            first += here, source_first += here;
-        }
-    }
-
-    void set(std::int32_t first, std::int32_t count, bool value) {
-        for (const std::int32_t last = first + count; first < last;) {
-            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
-            const std::uint64_t bits = ones(here) << (first & 63);
-            word(first >> 6) = value ? word(first >> 6) | bits : word(first >> 6) & ~bits;
-            first += here;
-        }
-    }
-
-    void keep_common(const pixel_bits& other) {
-        for (std::size_t w = 0; w < words_.size(); ++w) words_[w] &= other.words_[w];
-    }
-
-private:
-    static std::uint64_t ones(std::int32_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
-
-    buffer<std::uint64_t> words_;
-};
-
-/// Pixels first, first + 1, ... whose neighbors on one side are target, target + 1, ...
-struct pixel_strip {
-    std::int32_t first, count, target;
-};
-
-/// Returns the first index at or after `i` whose value is not the previous value plus one.
-///
-/// i  at least 1
-inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    // Compares values in blocks for speed: strips are as long as image rows, and these loops read every link of the graph.
-    constexpr std::size_t block = 16;
-    for (; i + block <= links.size(); i += block) {
-        std::int32_t different = 0;
-        for (std::size_t n = i; n < i + block; ++n) different |= links[n] ^ (links[n - 1] + 1);
-        if (different != 0) break;
-    }
-    while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
-    return static_cast<std::int32_t>(i);
-}
-
-/// Splits the pixels that have a neighbor on one side into as few strips as possible.
-///
-/// links  the neighbor of each pixel on this side, or no_pixel
-inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
-    buffer<pixel_strip> strips;
-    for (std::int32_t first = 0, last; first < links.count(); first = last) {
-        last = first + 1;
-        if (links[first] == no_pixel) continue;
-        last = end_of_strip(links, static_cast<std::size_t>(last));
-        strips.push_back({first, last - first, links[first]});
-    }
-    return strips;
-}
-
-/// Strips of a graph's links, computed once for all kernel sizes.
-struct link_strips {
-    buffer<pixel_strip> up, down, right;
-
-    explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
-};
-
-/// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
-/// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
-/// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
-/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs,
-/// regardless of other links.
-///
-/// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
-/// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
-/// round |x| + |y|. Claim: in each round d, every element gets the pixel of its rib, and the elements are reached in this order:
-/// those above the center, topmost row first; those below it, bottommost row first; then (-d, 0) and (d, 0). Round 0 satisfies
-/// the claim. Suppose round d does, and consider an element (x, y) of round d + 1.
-///
-/// If x = 0, its only neighbor in round d is the next pixel of the spine toward the center. If y = 0, its only neighbor in round
-/// d is the next pixel of the rib toward the center. Otherwise it has two neighbors in round d: A on the same rib, closer to the
-/// spine, and B in the row closer to the center. A is in a row farther from the center than B, so exploration processes A first.
-/// The link from A along the rib exists, so (x, y) gets the pixel of the rib.
-///
-/// Each element is thus reached from the previous element of its spine or rib. Elements of one row are reached in the order of
-/// these predecessors. For d <= r, the first element of round d above the center is on the spine. Exploration follows its link
-/// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
-/// same holds below the center. This is the claimed order.
-///
-/// Links outside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
-/// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
-/// windows.
-class regular_pixels {
-public:
-    regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
-
-    regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
-        : radius_(kernel_size / 2), g_(g), regular_(g.size()), continues_(g.size()) {
-        pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
-        for (const pixel_strip& strip : strips.right)
-            if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
-        continues_ = has_right;
-        regular_.set(0, g.count(), true);
-        for (std::int32_t w = 0; w < regular_.word_count(); ++w)
-            for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
-        const pixel_bits ribs = regular_;
-        follow(strips.up, ribs);
-        follow(strips.down, ribs);
-    }
-
-    std::int32_t kernel_size() const { return 2 * radius_ + 1; }
-    bool contains(std::int32_t pixel) const { return regular_[pixel]; }
-
-    /// Calls `visit(first, count, rows)` for each run of regular pixels whose spines are adjacent in memory. `rows` is the spine
-    /// of the run's first pixel: kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
-    template <class Visit>
-    void for_each_segment(Visit&& visit) {
-        buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
-        for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
-            const std::int32_t i = w * 64;
-            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & continues_.from(i - 1)), w, firsts);
-            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & continues_.word(w)), w, lasts);
-        }
-        for (std::size_t s = 0; s < firsts.size(); ++s) {
-            rows[radius_] = firsts[s];
-            for (std::int32_t n = 1; n <= radius_; ++n) {
-                rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
-                rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
-            }
-            const std::int32_t count = lasts[s] - firsts[s] + 1;
-            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows))) regular_.set(firsts[s], count, false);
-        }
-    }
-
-    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
-    template <class Visit>
-    void for_each_other(Visit&& visit) const {
-        buffer<std::int32_t> pixels;
-        for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
-        for (const std::int32_t pixel : pixels)
-            if (pixel < g_.count()) visit(pixel);
-    }
-
-private:
-    static void append_set_bits(std::uint64_t bits, std::int32_t word, buffer<std::int32_t>& pixels) {
-        for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
-    }
-
-    /// Follows the half of each spine that extends to one side, up or down. Clears a pixel's bit in `regular_` if this half is
-    /// incomplete or has an incomplete rib. Clears its bit in `continues_` if this half is not adjacent in memory to the
-    /// corresponding half of the next pixel's spine.
-    ///
-    /// strips  links toward that side
-    void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
-        pixel_bits with_rib = ribs, side_by_side(g_.size());
-        for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
-        for (std::int32_t n = 1; n <= radius_; ++n) {
-            with_rib = as_seen_from_neighbors(with_rib, strips);
-            regular_.keep_common(with_rib);
-            if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
-            continues_.keep_common(side_by_side);
-        }
-    }
-
-    /// Returns, for each pixel, the bit of its neighbor along `strips`, or zero for a pixel without this neighbor.
-    pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
-        pixel_bits seen(g_.size());
-        for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
-        return seen;
-    }
-
-    std::int32_t radius_;
-    graph_view g_;
-    pixel_bits regular_;
-    pixel_bits
-        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
-};
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/nn/ldi/convolution_plan.hpp
-// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
-// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-class convolution_plan;
-
-namespace detail {
-
-/// A run of outputs of a plan.
-struct plan_segment {
-    std::int32_t first, count;
-};
-
-/// Writable contents of a plan. Planning and renumbering functions fill them.
-struct plan_parts {
-    std::int32_t kernel_size = 1, stride = 1;
-    std::size_t input_count = 0;     ///< pixels of the graph
-    std::size_t output_count = 0;    ///< pixels of the graph or, with stride 2, of the coarse graph
-    buffer<plan_segment> segments;   ///< in ascending order of outputs
-    buffer<std::int32_t> rows;       ///< segments x kernel_size: center pixels of window rows, as in rows_of()
-    buffer<std::int32_t> irregular;  ///< outputs, ascending
-    buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
-
-    std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
-    std::size_t elements() const { return k() * k(); }
-};
-
-convolution_plan plan_of(plan_parts parts);
-plan_parts parts_of(convolution_plan plan);
-
-}  // namespace detail
-
-/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
-/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans are
-/// immutable, so their pixel and output indices stay valid.
-class convolution_plan {
-public:
-    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
-    /// kernel_size pixels centered at pixel `rows_of(s)[r] + stride * i`, where s is the index of the segment.
-    using segment = detail::plan_segment;
-
-    /// Makes a plan without inputs and outputs.
-    convolution_plan() = default;
-    convolution_plan(const convolution_plan&) = default;
-    convolution_plan& operator=(const convolution_plan& other) { return *this = convolution_plan(other); }
-    /// The moved-from plan is empty.
-    convolution_plan(convolution_plan&& other) noexcept : parts_(std::exchange(other.parts_, {})) {}
-    convolution_plan& operator=(convolution_plan&& other) noexcept {
-        parts_ = std::exchange(other.parts_, {});
-        return *this;
-    }
-
-    std::int32_t kernel_size() const { return parts_.kernel_size; }
-    std::int32_t stride() const { return parts_.stride; }
-    /// Number of pixels of the graph.
-    std::size_t input_count() const { return parts_.input_count; }
-    /// Number of pixels of the graph or, with stride 2, of the coarse graph.
-    std::size_t output_count() const { return parts_.output_count; }
-    /// Whether a convolution computes all outputs. Time is linear in the number of segments.
-    bool is_full() const {
-        std::size_t computed = parts_.irregular.size();
-        for (const segment& s : parts_.segments) computed += static_cast<std::size_t>(s.count);
-        return computed == output_count();
-    }
-    /// kernel_size() as std::size_t.
-    std::size_t k() const { return parts_.k(); }
-    /// Number of pixels per window.
-    std::size_t elements() const { return parts_.elements(); }
-
-    /// The segments, in ascending order of outputs.
-    array_view<const segment> segments() const& { return parts_.segments; }
-    array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
-    std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
-    std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
-    /// The irregular outputs, ascending.
-    array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
-    array_view<const std::int32_t> irregular() const&& = delete;
-    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
-    std::span<const std::int32_t> window_of(std::size_t i) const& {
-        return std::span(parts_.windows).subspan(i * elements(), elements());
-    }
-    std::span<const std::int32_t> window_of(std::size_t) const&& = delete;
-    /// The windows of all irregular outputs.
-    array_view<const std::int32_t> windows() const& { return parts_.windows; }
-    array_view<const std::int32_t> windows() const&& = delete;
-
-    /// Memory that the plan has allocated, in bytes.
-    std::size_t bytes() const {
-        return parts_.segments.capacity() * sizeof(segment) +
-               (parts_.rows.capacity() + parts_.irregular.capacity() + parts_.windows.capacity()) * sizeof(std::int32_t);
-    }
-
-private:
-    friend convolution_plan detail::plan_of(detail::plan_parts parts);
-    friend detail::plan_parts detail::parts_of(convolution_plan plan);
-
-    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
-
-    detail::plan_parts parts_;
-};
-
-namespace detail {
-
-inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
-inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
-
-/// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
-inline const graph_view& checked(const graph_view& g) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("plan_convolution");
-    return g;
-}
-
-inline void check_kernel_size(std::int32_t kernel_size) {
-    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
-        raise(error_code::invalid_option, "kernel_size", "an odd number from 1 to " + std::to_string(max_kernel_size),
-              std::to_string(kernel_size));
-}
-
-/// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
-/// share the kernels' tiles.
-inline constexpr std::int32_t min_segment = 4;
-
-inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::int32_t> rows, std::int32_t shift) {
-    plan.segments.push_back(s);
-    for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
-}
-
-inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
-    plan.irregular.push_back(output);
-    plan.windows.resize(plan.windows.size() + plan.elements());
-    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
-}
-
-inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
-    plan_parts plan;
-    plan.kernel_size = kernel_size;
-    plan.input_count = plan.output_count = g.size();
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (count < min_segment) return false;
-        add_segment(plan, {first, count}, rows, 0);
-        return true;
-    });
-    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
-    return plan_of(std::move(plan));
-}
-
-inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
-    const auto refuse = [&](const std::string& found) {
-        raise(error_code::mismatch, "plan_convolution", "the level_map that coarsen() returned for this graph", found);
-    };
-    const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
-    if (parent.size() != g.size())
-        refuse("the map of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
-    if (map.width() != g.width() || map.height() != g.height()) refuse("the map of a graph on a lattice of another size");
-    plan_parts plan;
-    plan.kernel_size = kernel_size, plan.stride = 2;
-    plan.input_count = g.size(), plan.output_count = all_kept.size();
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (g.y()[first] % 2 != 0) return true;
-        const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
-        if (kept < min_segment) return false;
-        // The kept pixels of a run are consecutive in the coarse graph.
-        const std::int32_t output = parent[first + odd];
-        if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
-            all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
-            refuse("the map of another graph");
-        add_segment(plan, {output, kept}, rows, odd);
-        return true;
-    });
-    for (std::int32_t o = 0; o < all_kept.count(); ++o)
-        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
-    return plan_of(std::move(plan));
-}
-
-}  // namespace detail
-
-/// Plans a convolution with stride 1. The pixels may have any order; the canonical order (core/canonical_order.hpp) is the
-/// fastest.
-///
-/// kernel_size  odd, 1 to max_kernel_size
-///
-/// Raises invalid_option for any other kernel size.
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
-}
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
-}
-
-/// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
-///
-/// kernel_size  odd, 1 to max_kernel_size
-/// map          coarsened::map of the result of coarsen(g)
-///
-/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
-/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
-}
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
-}
-
-namespace detail {
-
-/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
-template <class Number>
-plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
-    plan_parts result;
-    result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
-    result.input_count = plan.input_count(), result.output_count = plan.output_count();
-    const array_view<const plan_segment> segments = plan.segments();
-    const array_view<const std::int32_t> all_irregular = plan.irregular();
-    const auto refuse = [](std::int32_t output) {
-        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
-    };
-    std::size_t s = 0, irregular = 0;
-    for (std::size_t i = 0; i < outputs.size();) {
-        const std::int32_t output = outputs[i];
-        if (i > 0 && outputs[i - 1] >= output) refuse(output);
-        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
-        if (s == segments.size() || segments[s].first > output) {
-            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
-            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
-            result.irregular.push_back(number(i));
-            const std::span<const std::int32_t> window = plan.window_of(irregular);
-            result.windows.append(window.begin(), window.end());
-            ++i;
-            continue;
-        }
-        const plan_segment from = segments[s];
-        std::size_t last = i + 1;
-        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
-        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
-        const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= min_segment)
-            add_segment(result, {number(i), count}, rows, shift);
-        else
-            for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(number(i) + o);
-                for (const std::int32_t row : rows)
-                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
-                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
-            }
-        i = last;
-    }
-    return result;
-}
-
-}  // namespace detail
-
-/// Returns the plan restricted to some outputs.
-///
-/// outputs  ascending outputs of the plan; raises mismatch for others
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
-}
-
-/// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
-///
-/// outputs  as in restrict_to()
-inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    detail::plan_parts result =
-        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
-    result.output_count = outputs.size();
-    return detail::plan_of(std::move(result));
-}
-
-/// Marks all pixels that the plan's outputs read.
-///
-/// marks  plan.input_count(); the function sets marks to 1 and clears none
-inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
-    LDI_ASSERT(marks.size() == plan.input_count());
-    for (std::size_t s = 0; s < plan.segments().size(); ++s)
-        for (const std::int32_t row : plan.rows_of(s)) {
-            std::uint8_t* const first = marks.data() + (row - plan.kernel_size() / 2);
-            const std::int32_t count = plan.stride() * (plan.segments()[s].count - 1) + plan.kernel_size();
-            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
-            if (plan.kernel_size() > 1 || plan.stride() == 1)
-                std::fill_n(first, count, std::uint8_t{1});
-            else
-                for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
-        }
-    for (const std::int32_t pixel : plan.windows())
-        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
-}
-
-/// Lists all pixels that the plan's outputs read, ascending.
-inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    buffer<std::uint8_t> marks(plan.input_count(), 0);
-    mark_needed_inputs(plan, marks);
-    buffer<std::int32_t> pixels;
-    for (std::int32_t i = 0; i < marks.count(); ++i)
-        if (marks[i] != 0) pixels.push_back(i);
-    return pixels;
-}
-
-}}  // namespace ldi
 
 // ---- ldi/nn/ldi/feature_map.hpp
 // Feature maps: one layer's values at each pixel of a layered image (paper, section "Mapping the PConv Network to LDI").

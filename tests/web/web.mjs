@@ -439,7 +439,7 @@ async function testsOfChromium(browser, open, openShared) {
         const sizes = await Promise.all(names.map(async (name) => (await stat(join(site, name))).size));
         const download = sizes.reduce((sum, size) => sum + size, 0);
         console.log(`        a download of ${(download / 1e6).toFixed(2)} MB`);
-        assert.ok(names.includes("/converter.wasm.gz") && download <= 3.21e6, `${download} bytes: ${names}`);
+        assert.ok(names.includes("/converter.wasm.gz") && download <= 3.2e6, `${download} bytes: ${names}`);
         await page.evaluate(() => navigator.serviceWorker.ready);
         assert.equal((await page.evaluate(() => window.photo3d.converter.ready)).threads, 1);
         await server.stop();

@@ -1,4 +1,5 @@
 #include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/restrict_plan.hpp>
 
 #include "tests/support/errors.hpp"
 #include "tests/support/random_bytes.hpp"

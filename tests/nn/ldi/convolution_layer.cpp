@@ -3,6 +3,7 @@
 #include <ldi/nn/ldi/convolution_layer.hpp>
 #include <ldi/nn/ldi/elementwise.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
+#include <ldi/nn/ldi/restrict_plan.hpp>
 
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/errors.hpp"

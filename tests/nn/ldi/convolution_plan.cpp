@@ -1,6 +1,7 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
 #include "tests/core/broken_view.hpp"
+#include "tests/nn/ldi/plan_windows.hpp"
 #include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/support/sketched_graph.hpp"
@@ -15,37 +16,10 @@
 using namespace ldi;
 using ldi::testing::raised;
 using ldi::testing::random_layers;
+using ldi::testing::windows_of;
 
 namespace {
 using indices = buffer<std::int32_t>;
-
-/// Windows of all outputs of a plan; empty for outputs outside the plan.
-std::vector<indices> windows_of(const convolution_plan& plan) {
-    std::vector<indices> windows(plan.output_count());
-    const std::size_t k = static_cast<std::size_t>(plan.kernel_size());
-    const auto add = [&](std::int32_t output, indices window) {
-        indices& there = windows.at(static_cast<std::size_t>(output));
-        REQUIRE(there.empty());  // nothing is computed twice
-        there = std::move(window);
-    };
-    for (std::size_t s = 0; s < plan.segments().size(); ++s) {
-        if (s > 0) REQUIRE(plan.segments()[s].first >= plan.segments()[s - 1].first + plan.segments()[s - 1].count);
-        for (std::int32_t i = 0; i < plan.segments()[s].count; ++i) {
-            indices window;
-            for (std::size_t r = 0; r < k; ++r)
-                for (std::int32_t x = 0; x < plan.kernel_size(); ++x)
-                    window.push_back(plan.rows_of(s)[r] + plan.stride() * i + x - plan.kernel_size() / 2);
-            add(plan.segments()[s].first + i, std::move(window));
-        }
-    }
-    REQUIRE(std::is_sorted(plan.irregular().begin(), plan.irregular().end()));
-    REQUIRE(plan.windows().size() == plan.irregular().size() * plan.elements());
-    for (std::size_t i = 0; i < plan.irregular().size(); ++i) {
-        const auto window = plan.windows().begin() + i * plan.elements();
-        add(plan.irregular()[i], indices(window, window + plan.elements()));
-    }
-    return windows;
-}
 
 indices explored(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size) {
     indices window(static_cast<std::size_t>(kernel_size * kernel_size));
@@ -53,16 +27,6 @@ indices explored(const graph_view& g, std::int32_t pixel, std::int32_t kernel_si
     return window;
 }
 
-indices subset_of_random_size(std::mt19937& random, std::size_t count) {
-    indices subset;
-    const std::int32_t percent = testing::below(random, 101);
-    bool chosen = false;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (testing::chance(random, 30)) chosen = testing::chance(random, percent);
-        if (chosen) subset.push_back(static_cast<std::int32_t>(i));
-    }
-    return subset;
-}
 }  // namespace
 
 TEST_CASE("a plan contains the same windows as gather_window(), for any graph, pixel, kernel size and stride") {
@@ -130,22 +94,6 @@ TEST_CASE("a plan with stride 2 refuses the map of another graph") {
     CHECK_FALSE(result_of(coarsen(g)));
 }
 
-TEST_CASE("restrict_to() refuses outputs that are not ascending or not in the plan") {
-    const graph g = make_grid(20, 20);
-    const convolution_plan plan = plan_convolution(g, 3);
-    const auto result_of = [&](const convolution_plan& p, const indices& outputs) {
-        CHECK(raised([&] { restrict_to(p, outputs); }) == raised([&] { restrict_and_renumber(p, outputs); }));
-        return raised([&] { restrict_to(p, outputs); });
-    };
-    CHECK_FALSE(result_of(plan, {}));
-    CHECK_FALSE(result_of(plan, {0, 19, 50, 51, 399}));
-    for (const indices& outputs : {indices{400}, {-1}, {0, 0}, {1, 0}, {399, 398}, {50, 50}, {51, 50}, {100, 50}, {50, 1000}}) {
-        CAPTURE(outputs);
-        CHECK(result_of(plan, outputs) == error_code::mismatch);
-    }
-    CHECK(result_of(restrict_to(plan, indices{0, 50, 51, 399}), {52}) == error_code::mismatch);
-}
-
 template <class Plan>
 constexpr bool can_change_plan = requires(Plan p) {
     p.segments()[0] = {};
@@ -196,32 +144,6 @@ TEST_CASE("a pixel stays regular if links are missing that the exploration of it
     CHECK_FALSE(is_regular());
 }
 
-TEST_CASE(
-    "a restricted plan contains exactly the windows of its outputs, and needed_inputs() returns the pixels of these windows") {
-    testing::for_random_graphs(32, 1500, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology();
-        const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);
-        const convolution_plan plan = testing::chance(random, 50)
-                                          ? plan_convolution(g, kernel_size)
-                                          : plan_convolution(g, kernel_size, coarsen(g, orphan_rule::adopt_nearest).map);
-        const indices subset = subset_of_random_size(random, plan.output_count());
-        const convolution_plan restricted = restrict_to(plan, subset);
-        const std::vector<indices> all = windows_of(plan), some = windows_of(restricted);
-        std::vector<indices> expected(all.size());
-        std::vector<bool> is_needed(g.size());
-        for (const std::int32_t o : subset) {
-            expected[static_cast<std::size_t>(o)] = all[static_cast<std::size_t>(o)];
-            for (const std::int32_t i : all[static_cast<std::size_t>(o)])
-                if (i != no_pixel) is_needed[static_cast<std::size_t>(i)] = true;
-        }
-        REQUIRE(some == expected);
-        indices needed;
-        for (std::size_t i = 0; i < g.size(); ++i)
-            if (is_needed[i]) needed.push_back(static_cast<std::int32_t>(i));
-        REQUIRE(needed_inputs(restricted) == needed);
-    });
-}
-
 TEST_CASE("plan_convolution() refuses a broken view") {
     const level_map map = coarsen(make_grid(8, 8)).map;
     testing::for_broken_views([&](const graph_view& view) {
@@ -241,7 +163,4 @@ TEST_CASE("a moved-from plan is empty") {
     CHECK((is_empty(plan) && other.output_count() == 64));  // NOLINT(bugprone-use-after-move)
     assigned = std::move(other);
     CHECK((is_empty(other) && assigned.output_count() == 64 && assigned.input_count() == 64));  // NOLINT(bugprone-use-after-move)
-    const indices some{0, 1, 9, 10, 11, 12, 13};
-    CHECK_FALSE(restrict_to(assigned, some).is_full());
-    CHECK(restrict_and_renumber(assigned, some).is_full());
 }

@@ -1,5 +1,6 @@
 #include <ldi/nn/ldi/convolution.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
+#include <ldi/nn/ldi/restrict_plan.hpp>
 
 #include "tests/support/errors.hpp"
 #include "tests/support/random_features.hpp"

@@ -8,6 +8,7 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 #include <ldi/nn/ldi/convolution_planner.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
+#include <ldi/nn/ldi/restrict_plan.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -11,6 +11,7 @@
 #include <ldi/core/other_bytes.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
 #include <ldi/networks/detail/masked_averages.hpp>
+#include <ldi/nn/ldi/restrict_plan.hpp>
 
 #include <algorithm>
 #include <array>

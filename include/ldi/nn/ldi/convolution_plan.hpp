@@ -6,7 +6,6 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/numbers.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/level_map.hpp>
@@ -14,7 +13,6 @@
 #include <ldi/core/window.hpp>
 #include <ldi/nn/ldi/detail/regular_pixels.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -228,100 +226,6 @@ inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_siz
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
-}
-
-namespace detail {
-
-/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
-template <class Number>
-plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
-    plan_parts result;
-    result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
-    result.input_count = plan.input_count(), result.output_count = plan.output_count();
-    const array_view<const plan_segment> segments = plan.segments();
-    const array_view<const std::int32_t> all_irregular = plan.irregular();
-    const auto refuse = [](std::int32_t output) {
-        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
-    };
-    std::size_t s = 0, irregular = 0;
-    for (std::size_t i = 0; i < outputs.size();) {
-        const std::int32_t output = outputs[i];
-        if (i > 0 && outputs[i - 1] >= output) refuse(output);
-        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
-        if (s == segments.size() || segments[s].first > output) {
-            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
-            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
-            result.irregular.push_back(number(i));
-            const std::span<const std::int32_t> window = plan.window_of(irregular);
-            result.windows.append(window.begin(), window.end());
-            ++i;
-            continue;
-        }
-        const plan_segment from = segments[s];
-        std::size_t last = i + 1;
-        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
-        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
-        const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= min_segment)
-            add_segment(result, {number(i), count}, rows, shift);
-        else
-            for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(number(i) + o);
-                for (const std::int32_t row : rows)
-                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
-                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
-            }
-        i = last;
-    }
-    return result;
-}
-
-}  // namespace detail
-
-/// Returns the plan restricted to some outputs.
-///
-/// outputs  ascending outputs of the plan; raises mismatch for others
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
-}
-
-/// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
-///
-/// outputs  as in restrict_to()
-inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    detail::plan_parts result =
-        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
-    result.output_count = outputs.size();
-    return detail::plan_of(std::move(result));
-}
-
-/// Marks all pixels that the plan's outputs read.
-///
-/// marks  plan.input_count(); the function sets marks to 1 and clears none
-inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
-    LDI_ASSERT(marks.size() == plan.input_count());
-    for (std::size_t s = 0; s < plan.segments().size(); ++s)
-        for (const std::int32_t row : plan.rows_of(s)) {
-            std::uint8_t* const first = marks.data() + (row - plan.kernel_size() / 2);
-            const std::int32_t count = plan.stride() * (plan.segments()[s].count - 1) + plan.kernel_size();
-            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
-            if (plan.kernel_size() > 1 || plan.stride() == 1)
-                std::fill_n(first, count, std::uint8_t{1});
-            else
-                for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
-        }
-    for (const std::int32_t pixel : plan.windows())
-        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
-}
-
-/// Lists all pixels that the plan's outputs read, ascending.
-inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    buffer<std::uint8_t> marks(plan.input_count(), 0);
-    mark_needed_inputs(plan, marks);
-    buffer<std::int32_t> pixels;
-    for (std::int32_t i = 0; i < marks.count(); ++i)
-        if (marks[i] != 0) pixels.push_back(i);
-    return pixels;
 }
 
 }}  // namespace ldi
