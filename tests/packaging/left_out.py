@@ -36,9 +36,9 @@ READERS = {"LIBHEIF": "libheif-dev", "LIBWEBP": "libwebp-dev", "LIBTIFF": "libti
 
 
 def configure(*options):
-    """Configures again, without the compiler checks of the previous configuration."""
-    (folder / "CMakeCache.txt").unlink(missing_ok=True)
-    command = ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}", *options]
+    """Configures with these options. Drops the options of the previous configuration, but keeps its results of checks."""
+    command = ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}", "-U", "CMAKE_DISABLE_FIND_PACKAGE_*",
+               "-U", "LDI_*", *options]
     result = subprocess.run(command, capture_output=True, text=True)
     text = result.stdout + result.stderr
     return result.returncode, text, re.findall(r"^(?:-- )? *(Left out: .*)$", text, re.MULTILINE)
