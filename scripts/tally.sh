@@ -6,7 +6,8 @@
 #   count_step NAME COMMAND...                runs a command, which counts as one test
 #   add_tally "N passed, N failed"            adds these counts; any other text counts as one failure, "0 passed, 0 failed" as skipped
 #   add_tally_of LOG                          adds the tally in a log's last line, and the skipped tests that print_tally states above it
-#   count_script COMMAND...                   runs a script that prints a tally in its last line, and adds the counts
+#   count_script COMMAND...                   runs a script that prints a tally in its last line, and adds the counts. A script that fails
+#                                             without reporting a failure counts as one failure
 #   print_tally                               prints "N passed, N failed", and above it the number of skipped tests, which count as
 #                                             neither; fails if any test failed
 
@@ -78,11 +79,15 @@ add_tally_of() {
 }
 
 count_script() {
-    local log start=$SECONDS
+    local log start=$SECONDS status=0 failed_before=$failed
     printf '\n== %s\n' "$1"
     log=$(mktemp)
-    "$@" 2>&1 | tee "$log" || true
+    "$@" 2>&1 | tee "$log" || status=$?
     add_tally_of "$log"
+    if [ "$status" != 0 ] && [ "$failed" = "$failed_before" ]; then
+        failed=$((failed + 1))
+        printf 'FAILED: %s ended with status %d\n' "$1" "$status"
+    fi
     rm -f "$log"
     printf '== %s took %d s\n' "$1" $((SECONDS - start))
 }
