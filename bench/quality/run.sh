@@ -21,7 +21,7 @@ source "$root/scripts/requirements.sh"
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_bench[@]}" >&2
 
 build() {
-    cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release >&2
+    cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLDI_BUILD_BENCH=ON >&2
     cmake --build "$root/build/release" --target "$1" >&2
 }
 

@@ -37,14 +37,13 @@ make_files() {
         git -C "$clone" fetch -q "$repository" HEAD && git -C "$clone" checkout -q --detach FETCH_HEAD
     else
         git clone -q --no-hardlinks "$repository" "$clone"
-    fi && "$clone/packaging/release.sh" "${parts[@]}" | tee "$clean/made" && ! grep '^missing' "$clean/made" &&
-        rm -rf "$release" && mkdir -p "$release" && cp "$clone"/out/release/* "$release"
+    fi && "$clone/packaging/release.sh" "${parts[@]}" && rm -rf "$release" && mkdir -p "$release" && cp "$clone"/out/release/* "$release"
 }
 
-# The ordinary program, with this machine's shared libraries.
+# The ordinary program, with this machine's shared libraries. PROGRAM is the path of a built one.
 ordinary=${PROGRAM:-$repository/build/photo3d/examples/photo3d}
 build_ordinary() {
-    [ -x "$ordinary" ] || { cmake --preset release -B build/photo3d -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >/dev/null &&
+    [ -n "${PROGRAM:-}" ] || { cmake --preset release -B build/photo3d -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >/dev/null &&
         cmake --build build/photo3d --target photo3d; }
 }
 # same_glb FILE [OPTION...]: whether FILE equals the ordinary program's GLB of the sample. A GLB contains its file name.
