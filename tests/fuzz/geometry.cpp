@@ -1,5 +1,5 @@
-// libFuzzer: any depth map becomes a 3D photo that is valid at every stage, or raises an error; hidden colors come from
-// diffusion or from the network in 8-bit integers. Built by clang++ -fsanitize=fuzzer,address,undefined.
+// libFuzzer: any depth map becomes a valid 3D photo, or raises an error. Diffusion fills hidden pixels. Built by clang++
+// -fsanitize=fuzzer,address,undefined.
 //
 // Bytes: width, height, kind (bit 0: values are float32, not bytes; 1: inverse depth), motion; then the values, repeated.
 #include <ldi/core/validate.hpp>

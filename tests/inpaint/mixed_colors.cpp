@@ -247,10 +247,17 @@ TEST_CASE("a rod thinner than its margins keeps its colors") {
     ldi::image<float> map(20, 40);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x >= 20 && x < 24 ? 0.8F : 0.2F;
-    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
+    ldi::image<std::uint8_t> photo(20, 40, 3);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) photo(y, x, x >= 20 && x < 24 ? 0 : 1) = 200;
+    ldi::photo_layer layers = ldi::lift(photo, map);
     ldi::unmix_colors(layers);
-    for (std::size_t i = 0; i < layers.size(); ++i)
-        if (layers.topology().x()[i] >= 20 && layers.topology().x()[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        if (layers.topology().x()[i] < 20 || layers.topology().x()[i] >= 24) continue;
+        const auto color = layers.at<ldi::color_column>(static_cast<std::int32_t>(i));
+        REQUIRE(layers.column<ldi::known_column>()[i] == 1);
+        REQUIRE((color[0] == 200 && color[1] == 0 && color[2] == 0));
+    }
 }
 
 TEST_CASE("links lead from every unknown pixel to a known pixel within the width of both margins") {

@@ -330,6 +330,7 @@ TEST_CASE("at a curve's free end, a hidden surface ends where it would come with
 TEST_CASE("behind a front of any shape, a background of any slope grows to every place that the camera can uncover") {
     std::mt19937 random(24);
     std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    int ends = 0;  // places where the background ends
     for (int round = 0; round < 20; ++round) {
         constexpr std::int32_t size = 160;
         const float motion = 0.1F + 0.15F * unit(random), front = 0.7F + 0.3F * unit(random);
@@ -362,6 +363,7 @@ TEST_CASE("behind a front of any shape, a background of any slope grows to every
                 for (const ldi::side s : ldi::all_sides)
                     if (const float d = hidden(y + ldi::step_y(s), x + ldi::step_x(s)); d >= 0.0F) beside = std::min(beside, d);
                 if (beside == front) continue;
+                ++ends;
                 float nearest = static_cast<float>(size);
                 for (const auto& [u, v] : behind)
                     nearest = std::min(nearest, std::hypot(static_cast<float>(x - u), static_cast<float>(y - v)));
@@ -369,6 +371,7 @@ TEST_CASE("behind a front of any shape, a background of any slope grows to every
                 REQUIRE(nearest > (front - beside) * motion * size + 2.0F);
             }
     }
+    CHECK(ends > 1000);
 }
 
 TEST_CASE("at a T-junction, the midground stops at its curve's constraint, and the background grows behind both other surfaces") {

@@ -153,7 +153,8 @@ TEST_CASE("texture and grain change only the colors of inpainted pixels") {
         CHECK((with.mesh.positions == without.mesh.positions));
         std::size_t changed = 0;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(with.layers.size()); ++i) {
-            const bool differs = with.layers.at<ldi::color_column>(i)[0] != without.layers.at<ldi::color_column>(i)[0];
+            const bool differs =
+                !std::ranges::equal(with.layers.at<ldi::color_column>(i), without.layers.at<ldi::color_column>(i));
             if (with.layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] != 0) REQUIRE_FALSE(differs);
             changed += differs ? 1 : 0;
         }

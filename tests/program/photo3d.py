@@ -57,11 +57,11 @@ def check_written_files(folder):
         print("skipped compressed files: the program was built without meshoptimizer or libwebp")
     else:
         json_of = content(compressed)
-        check("a compressed GLB file", is_whole_glb(compressed) and {"EXT_meshopt_compression", "EXT_texture_webp"} <= set(json_of["extensionsRequired"]))
+        check("a compressed GLB file requires its extensions", is_whole_glb(compressed) and {"EXT_meshopt_compression", "EXT_texture_webp"} <= set(json_of["extensionsRequired"]))
         check("a compressed GLB file has the same scene and camera", json_of["scenes"] == content(plain)["scenes"] and json_of["cameras"] == content(plain)["cameras"])
-        check("a compressed GLB file with a JPEG", "EXT_texture_webp" not in content(write("jpeg.glb", "--compress", "--compressed-texture", "jpeg"))["extensionsUsed"])
+        check("a compressed GLB file with a JPEG texture does not use WebP", "EXT_texture_webp" not in content(write("jpeg.glb", "--compress", "--compressed-texture", "jpeg"))["extensionsUsed"])
         both = content(write("both.glb", "--compress", "--compressed-texture", "both"))
-        check("a compressed GLB file with both textures", [image["mimeType"] for image in both["images"]] == ["image/jpeg", "image/webp"])
+        check("a compressed GLB file with both textures has a JPEG and a WebP file", [image["mimeType"] for image in both["images"]] == ["image/jpeg", "image/webp"])
     run("--compressed-texture without --compress", [photo, *depth, "--compressed-texture", "jpeg"], ["--compress"])
 
     rows = pixels(write("pair.png"))
@@ -71,7 +71,7 @@ def check_written_files(folder):
         seen = [x for x in range(first, last) if rows[100][3 * x + color] > rows[100][3 * x + 1 - color] + 60]
         return sum(seen) / max(len(seen), 1) - first
 
-    check("two pictures side by side", len(rows) == 200 and len(rows[0]) == 3 * 600)
+    check("a stereo picture is two pictures wide", len(rows) == 200 and len(rows[0]) == 3 * 600)
     far, near = (middle(color, 300, 600) - middle(color, 0, 300) for color in (0, 1))
     check(f"the nearest surface has no parallax between both pictures, the farthest lies behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
     place = middle(1, 0, 300)
@@ -79,17 +79,17 @@ def check_written_files(folder):
     rows = pixels(write("cropped_pair.png", "--frame", "crop"))
     check(f"with a cropped frame, the window is smaller: {middle(1, 0, 300)}", middle(1, 0, 300) > place + 1)
     jps = write("pair.JPS")
-    check("a JPS file", jps[:4] == b"\xff\xd8\xff\xe0" and b"\xff\xe3\0\x12_JPSJPS_\0\4\0\0\2\1\0\0" in jps)
+    check("a JPS file is a JPEG with a marker for stereo", jps[:4] == b"\xff\xd8\xff\xe0" and b"\xff\xe3\0\x12_JPSJPS_\0\4\0\0\2\1\0\0" in jps)
     mpo = write("pair.mpo")
     index = mpo.find(b"MPF\0") + 4
     entries = struct.unpack("<8I", mpo[index + 50 : index + 82])
     second = mpo[index + entries[6] :][: entries[5]]
-    check("an MPO file", entries[1] + entries[5] == len(mpo) and second[:2] == b"\xff\xd8" and second[-2:] == b"\xff\xd9" and mpo[: entries[1]][-2:] == b"\xff\xd9")
+    check("an MPO file has two complete JPEGs at the offsets of its index", entries[1] + entries[5] == len(mpo) and second[:2] == b"\xff\xd8" and second[-2:] == b"\xff\xd9" and mpo[: entries[1]][-2:] == b"\xff\xd9")
     run("a stereo picture of another kind", [photo, *depth, "--stereo-image", os.path.join(folder, "pair.gif")], [".gif", ".mpo"])
 
     usdz = zipfile.ZipFile(os.path.join(folder, "photo.usdz")) if is_written(write("photo.usdz")) else None
     names = usdz.namelist() if usdz else []
-    check("a USDZ file", names == ["photo.usda", "textures/photo.jpg"] and usdz.testzip() is None)
+    check("a USDZ file is an intact archive of a scene and a texture", names == ["photo.usda", "textures/photo.jpg"] and usdz.testzip() is None)
     for item in usdz.infolist() if usdz else []:
         header = open(usdz.filename, "rb").read()[item.header_offset :][:30]
         start = item.header_offset + 30 + sum(struct.unpack("<HH", header[26:30]))
@@ -97,7 +97,7 @@ def check_written_files(folder):
     scene = usdz.read("photo.usda").decode() if usdz else ""
     indices = [int(i) for i in (re.search(r"faceVertexIndices = \[([^]]*)", scene) or [0, "-1"])[1].split(",")]
     points = len(re.findall(r"\(", (re.search(r"points = \[([^]]*)", scene) or [0, ""])[1]))
-    check("the scene of a USDZ file", scene.startswith("#usda 1.0\n") and max(indices) == points - 1 and 'string source = "li\\"nes.png"' in scene)
+    check("the scene of a USDZ file uses every point and names its source", scene.startswith("#usda 1.0\n") and max(indices) == points - 1 and 'string source = "li\\"nes.png"' in scene)
     run("a USDZ file of another name", [photo, *depth, "--usdz", os.path.join(folder, "photo.zip")], [".zip", ".usdz"])
 
 

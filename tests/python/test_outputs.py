@@ -28,20 +28,20 @@ def compressed():
         pytest.skip(str(failure))
 
 
-def test_glb():
+def test_a_glb_has_every_triangle_and_shrinks_with_quality():
     content = json_of(MADE.glb())
     assert sum(content["accessors"][p["indices"]]["count"] for p in content["meshes"][0]["primitives"][:1]) == MADE.mesh.triangles.size
     assert content["asset"]["generator"].startswith("ldi " + ldi.__version__)
     assert len(MADE.glb(20)) < len(MADE.glb(quality=85)) == len(MADE.glb()) < len(MADE.glb(100))
 
 
-def test_compressed_glb():
+def test_a_compressed_glb_is_smaller():
     glb = compressed()
     assert {"EXT_meshopt_compression", "EXT_texture_webp"} <= set(json_of(glb)["extensionsRequired"]) and len(glb) < len(MADE.glb())
     assert len(MADE.glb(20, compress=True)) < len(glb)
 
 
-def test_motion_in_a_glb():
+def test_a_glb_states_the_motion_that_its_hidden_surfaces_allow():
     def motion_in(made):
         content = json_of(made.glb())
         return content["scenes"][content["scene"]]["extras"]["motion"]
@@ -52,7 +52,7 @@ def test_motion_in_a_glb():
 
 
 @needs_viewer
-def test_page():
+def test_a_page_contains_the_glb():
     for options in ({}, {"quality": 50}, {"compress": True}):
         if options.get("compress"):
             compressed()
@@ -64,17 +64,17 @@ def test_page():
 
 @needs_viewer
 @pytest.mark.parametrize("title, shown", [("Ada & Söhne", "Ada &amp; Söhne"), ("</title><script>", "&lt;/title>&lt;script>"), ("", ""), ("\ud800", "?"), ("a\0b", "a\0b")])
-def test_title_of_a_page(title, shown):
+def test_a_page_shows_its_title_as_text(title, shown):
     assert f"<title>{shown}</title>" in MADE.html(title) and MADE.html(title).count("<title>") == 1
 
 
 @pytest.mark.skipif(HAS_VIEWER, reason="the package has the viewer")
-def test_page_without_the_viewer():
+def test_a_page_needs_the_viewer():
     with pytest.raises(ldi.FileError, match="examples/viewer/build.sh"):
         MADE.html()
 
 
-def test_render():
+def test_a_view_from_the_photo_is_close_to_the_photo():
     from_photo = MADE.render()
     assert from_photo.shape == (96, 128, 3) and abs(from_photo.astype(int) - MADE.photo).mean() < 8 and from_photo.flags.writeable
     assert MADE.render((0.05, 0, 0), target=(0, 0, -2), width=64).shape == (48, 64, 3)
@@ -100,7 +100,7 @@ def test_options_change_the_result():
     assert (ldi.photo3d(photo, depth, inpaint="diffusion", long_side=64).photo.shape) == (48, 64, 3)
 
 
-def test_arithmetic():
+def test_8_bit_inpainting_is_close_to_float():
     photo, depth = scene()
     by_int8 = ldi.photo3d(photo, depth, inpaint=ldi.inpainting_network(arithmetic="int8")).layers.color.astype(int)
     assert 0 < abs(by_int8 - MADE.layers.color).max() and abs(by_int8 - MADE.layers.color).mean() < 2
