@@ -1,8 +1,12 @@
 #!/usr/bin/env bash
-# Measures the cost of including ldi in a user's build: median processor time and peak memory of 5 compilations each, as one table.
+# Measures what including ldi adds to a user's build. Compiles each of several files 5 times, and prints a table of the median processor
+# time and the peak memory. Installs missing packages.
 # CXX selects another compiler, RUNS another number of runs: CXX=clang++ RUNS=1 bench/compile_time/run.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=scripts/requirements.sh
+source scripts/requirements.sh
+require "${needs_compiler[@]}" "command python3;python3" "file /usr/bin/time;time" >&2
 compiler=${CXX:-g++} runs=${RUNS:-5}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <utility>
 
-struct elevation {  // the payload: one number per pixel
+struct value {  // the payload: one number per pixel
     using scalar = float;
     static constexpr std::size_t channels = 1;
 };
@@ -24,12 +24,12 @@ void add_rectangle(ldi::graph_builder& g, std::int32_t left, std::int32_t top, s
         }
 }
 
-void print(const char* title, const ldi::layered_image<elevation>& layers, std::int32_t first, std::int32_t last) {
+void print(const char* title, const ldi::layered_image<value>& layers, std::int32_t first, std::int32_t last) {
     std::printf("%s\n", title);
     const ldi::graph& g = layers.topology();
     for (std::int32_t i = first; i < last; ++i) {
         const bool ends_row = i + 1 == last || g.right()[i] == ldi::no_pixel;
-        std::printf("%4.1f%s", layers.column<elevation>()[i], ends_row ? "\n" : " ");
+        std::printf("%4.1f%s", layers.column<value>()[i], ends_row ? "\n" : " ");
     }
 }
 
@@ -38,15 +38,15 @@ int main() {
     add_rectangle(builder, 0, 0, 6, 4);
     const std::int32_t wall = builder.count();
     add_rectangle(builder, 2, 1, 2, 2);
-    ldi::layered_image<elevation> layers(std::move(builder).build());
+    ldi::layered_image<value> layers(std::move(builder).build());
     for (std::int32_t i = 0; i < layers.topology().count(); ++i)
-        layers.column<elevation>()[i] = i < wall ? static_cast<float>(layers.topology().x()[i]) : 9.0F;
+        layers.column<value>()[i] = i < wall ? static_cast<float>(layers.topology().x()[i]) : 9.0F;
 
     const ldi::buffer<float> ninth(9, 1.0F / 9), bias(1);
     // Partial: divides by the number of pixels in the window, so that windows at the border, with fewer, also average.
     const ldi::convolution_layer average(ninth, bias, {.kernel_size = 3, .is_partial = true});
     const ldi::convolution_plan plan = ldi::plan_convolution(layers.topology(), 3);
-    ldi::to_column<elevation>(average(plan, ldi::from_column<elevation>(layers)), layers);
+    ldi::to_column<value>(average(plan, ldi::from_column<value>(layers)), layers);
 
     print("the wall, averaged over 3 x 3 pixels of its own:", layers, 0, wall);
     print("the block in front of it, likewise:", layers, wall, layers.topology().count());

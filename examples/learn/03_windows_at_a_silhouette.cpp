@@ -8,7 +8,9 @@
 #include <ldi/core/window.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 
+#include <algorithm>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 constexpr std::int32_t size = 5;

@@ -4,6 +4,8 @@
 #include "sample.hpp"
 
 #include <cstdio>
+#include <span>
+#include <utility>
 #include <vector>
 
 int main() {

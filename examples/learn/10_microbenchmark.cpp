@@ -6,6 +6,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+
 void convolution(benchmark::State& state, const ldi::graph_view& g) {
     constexpr std::size_t channels = 16;
     const ldi::buffer<float> weights(channels * channels * 9, 0.01F), bias(channels, 0.0F);
