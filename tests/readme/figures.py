@@ -116,11 +116,11 @@ MEASUREMENTS = {
     "time of the program": ((STAGES, rf"\| sample.jpg \|(?: [\d.]+ \|){{8}} {N} \|", "0.001"), ("README.md", rf"program takes {N} s on one core")),
     "lead of layers over screen space": (
         (QUALITY, rf"ldi over screen space \+{N} dB"), (QUALITY, rf"lead of \+{N} dB is the mean"),
-        ("README.md", rf"Inpainting on layers is {N} dB better"), (PAPER, rf"layers lead screen space by {N} dB there")),
+        ("README.md", rf"on layers has a PSNR {N} dB higher"), (PAPER, rf"layers lead screen space by {N} dB there")),
     "lead of layers over screen space in the paper": ((QUALITY, rf"and the paper's data \+{N}"), (PAPER, rf"dB there, {N} dB in the paper")),
     "views in search of holes": (
         (QUALITY, rf"no hole in {N} views of the forty photographs"), (QUALITY, rf"draws each from {N} camera positions", "40"),
-        ("README.md", rf"In 40 photographs, seen from {N} viewpoints each", "40"), (PAPER, rf"over the {N} views of", "40")),
+        ("README.md", rf"in 40 photographs, seen from {N} viewpoints each", "40"), (PAPER, rf"over the {N} views of", "40")),
     "photographs with measured depth": (
         (QUALITY, rf"on {N} photographs with measured depth"), ("README.md", rf"8 bits, {N} photographs with measured depth"), (PAPER, rf"tiefenrausch_small, {N} pairs"),
         (STUDENT, rf"\| {N} pairs outside the training"), (TRAINING, rf"`rgbd` \({N} photographs with measured depth\)"), ("bench/data.md", rf"`rgbd` \| {N} photographs with depth")),
