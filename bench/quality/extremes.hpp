@@ -1,10 +1,10 @@
 // Uncovered pixels when the camera is as far from the photo's viewpoint as allowed.
 #pragma once
 
+#include "holes.hpp"
 #include "metrics.hpp"
 
 #include <ldi/photo3d.hpp>
-#include <ldi/render/camera_paths.hpp>
 #include <ldi/render/motion.hpp>
 #include <ldi/render/rasterizer.hpp>
 
@@ -35,14 +35,7 @@ inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::p
                 {std::cos(angle), std::sin(angle), -forward});
         }
     add("forwards", {0, 0, -1}), add("back", {0, 0, 1});
-    ldi::path_options options;
-    options.motion = photo.motion;
-    for (const auto& [name, path] : {std::pair{"circle", ldi::camera_path::circle},
-                                     {"swing", ldi::camera_path::swing},
-                                     {"zoom-in", ldi::camera_path::zoom_in},
-                                     {"dolly-zoom", ldi::camera_path::dolly_zoom}})
-        for (const float time : {0.125F, 0.25F, 0.5F, 0.75F, 1.0F})
-            result.emplace_back(name, ldi::view_on_path(path, photo.camera, photo.range, time, options));
+    for (const named_view& v : views_on_paths(photo)) result.emplace_back(v.name, v.from);
     return result;
 }
 

@@ -23,10 +23,10 @@
 
 namespace ldi_quality {
 
-/// The forty photographs of the table: ../shared/photos/eval, and every 80th of train.
-inline std::vector<std::filesystem::path> forty_photographs() {
+/// The 24 photographs of ../shared/photos/eval, and every nth of train.
+inline std::vector<std::filesystem::path> photographs_of_shared(std::size_t n) {
     std::vector<std::filesystem::path> result;
-    for (const auto& [name, every] : {std::pair<const char*, std::size_t>{"eval", 1}, {"train", 80}}) {
+    for (const auto& [name, every] : {std::pair<const char*, std::size_t>{"eval", 1}, {"train", n}}) {
         const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "photos" / name;
         if (!std::filesystem::exists(folder)) {
             std::printf("skipped: there is no %s\n", folder.c_str());
@@ -40,11 +40,29 @@ inline std::vector<std::filesystem::path> forty_photographs() {
     return result;
 }
 
+/// The forty photographs of the table.
+inline std::vector<std::filesystem::path> forty_photographs() { return photographs_of_shared(80); }
+
 /// A position of the camera, with a name to print.
 struct named_view {
     std::string name;
     ldi::view from;
 };
+
+/// Views from five positions along each named path.
+inline std::vector<named_view> views_on_paths(const ldi::photo_facts& photo) {
+    std::vector<named_view> result;
+    ldi::path_options options;
+    options.motion = photo.motion;
+    for (const auto& [name, path] : {std::pair{"circle", ldi::camera_path::circle},
+                                     {"swing", ldi::camera_path::swing},
+                                     {"zoom-in", ldi::camera_path::zoom_in},
+                                     {"dolly-zoom", ldi::camera_path::dolly_zoom}})
+        for (const float time : {0.125F, 0.25F, 0.5F, 0.75F, 1.0F})
+            result.push_back({std::string(name) + " " + std::to_string(time),
+                              ldi::view_on_path(path, photo.camera, photo.range, time, options)});
+    return result;
+}
 
 /// Resizes a view to a long side of `long_side` pixels, and then widens its field of view by 15 %, because a viewer's window
 /// slides over the photo.
@@ -81,15 +99,7 @@ inline std::vector<named_view> allowed_views(const ldi::photo_facts& photo, std:
             }
         add({0, 0, -1}, share), add({0, 0, 1}, share);
     }
-    ldi::path_options options;
-    options.motion = photo.motion;
-    for (const auto& [name, path] : {std::pair{"circle", ldi::camera_path::circle},
-                                     {"swing", ldi::camera_path::swing},
-                                     {"zoom-in", ldi::camera_path::zoom_in},
-                                     {"dolly-zoom", ldi::camera_path::dolly_zoom}})
-        for (const float time : {0.125F, 0.25F, 0.5F, 0.75F, 1.0F})
-            result.push_back({std::string(name) + " " + std::to_string(time),
-                              widened(ldi::view_on_path(path, photo.camera, photo.range, time, options), long_side)});
+    for (const named_view& v : views_on_paths(photo)) result.push_back({v.name, widened(v.from, long_side)});
     return result;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "estimated_views.hpp"
+#include "holes.hpp"
 #include "metrics.hpp"
 #include "silhouettes.hpp"
 
@@ -24,22 +25,7 @@ namespace ldi_quality {
 
 /// The 24 photographs of ../shared/photos/eval, and every 32nd of train, which the training of the networks holds out for
 /// validation (VALIDATION_EVERY in data.py).
-inline std::vector<std::filesystem::path> ordinary_photographs() {
-    constexpr std::size_t watching_every = 32;
-    std::vector<std::filesystem::path> result;
-    for (const auto& [name, every] : {std::pair<const char*, std::size_t>{"eval", 1}, {"train", watching_every}}) {
-        const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "photos" / name;
-        if (!std::filesystem::exists(folder)) {
-            std::printf("\nskipped: there is no %s\n", folder.c_str());
-            continue;
-        }
-        std::vector<std::filesystem::path> all;
-        for (const auto& file : std::filesystem::directory_iterator(folder)) all.push_back(file.path());
-        std::sort(all.begin(), all.end());
-        for (std::size_t i = 0; i < all.size(); i += every) result.push_back(all[i]);
-    }
-    return result;
-}
+inline std::vector<std::filesystem::path> ordinary_photographs() { return photographs_of_shared(32); }
 
 /// Converts values in [0, 1] to a gray picture.
 inline picture shown(const ldi::image<float>& values) {

@@ -1,6 +1,7 @@
 #include <ldi/mesh/move_to_sheets.hpp>
 
 #include "examples/scenes/scene.hpp"
+#include "tests/support/psnr.hpp"
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
@@ -63,17 +64,6 @@ std::vector<std::array<corner, 3>> sorted_triangles(const textured_mesh& mesh) {
             {corner_of(mesh, mesh.triangles[i]), corner_of(mesh, mesh.triangles[i + 1]), corner_of(mesh, mesh.triangles[i + 2])});
     std::sort(triangles.begin(), triangles.end());
     return triangles;
-}
-
-double psnr(const image<std::uint8_t>& a, const image<std::uint8_t>& b, std::size_t margin) {
-    double error = 0;
-    std::size_t count = 0;
-    for (std::size_t y = margin; y + margin < a.height(); ++y)
-        for (std::size_t i = 3 * margin; i + 3 * margin < 3 * a.width(); ++i, ++count) {
-            const double difference = static_cast<double>(a.row(y)[i]) - static_cast<double>(b.row(y)[i]);
-            error += difference * difference;
-        }
-    return 10 * std::log10(255.0 * 255.0 * static_cast<double>(count) / error);
 }
 
 constexpr const char* names[] = {"t_junction", "rods", "random3"};
@@ -143,7 +133,7 @@ TEST_CASE("a mesh on sheets has the same coverage and depth as on its atlas, wit
             INFO(name << " moved by " << shift);
             CHECK(on_sheets.coverage == on_atlas.coverage);
             CHECK(on_sheets.depth == on_atlas.depth);
-            CHECK(psnr(on_sheets.color, on_atlas.color, 0) > 24);
+            CHECK(testing::psnr(on_sheets.color, on_atlas.color, 0) > 24);
         }
     }
 }
@@ -154,8 +144,8 @@ TEST_CASE("seen from the photo's viewpoint at full size, a 3D photo on sheets is
         view from;
         from.camera = s.made.facts.camera;
         from.camera.width *= 4, from.camera.height *= 4, from.camera.focal_length *= 4;
-        const double on_sheets = psnr(rasterize(s.mesh, s.textures, from).color, s.photo, 8);
-        const double on_atlas = psnr(rasterize(s.made.mesh, s.made.atlas.color, from).color, s.photo, 8);
+        const double on_sheets = testing::psnr(rasterize(s.mesh, s.textures, from).color, s.photo, 8);
+        const double on_atlas = testing::psnr(rasterize(s.made.mesh, s.made.atlas.color, from).color, s.photo, 8);
         CAPTURE(name, on_sheets, on_atlas);
         CHECK(on_sheets > on_atlas + 1);
     }

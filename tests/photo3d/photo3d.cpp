@@ -4,6 +4,7 @@
 #include "bench/quality/extremes.hpp"
 #include "examples/scenes/scene.hpp"
 #include "tests/support/errors.hpp"
+#include "tests/support/psnr.hpp"
 
 #include <ldi/core/validate.hpp>
 #include <ldi/render/camera.hpp>
@@ -51,18 +52,6 @@ double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift
     return static_cast<double>(holes) / static_cast<double>(pixels);
 }
 
-double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b, std::size_t margin) {
-    double error = 0.0;
-    std::size_t count = 0;
-    for (std::size_t y = margin; y + margin < a.height(); ++y)
-        for (std::size_t x = margin; x + margin < a.width(); ++x)
-            for (std::size_t c = 0; c < 3; ++c, ++count) {
-                const double difference = static_cast<double>(a(y, x, c)) - static_cast<double>(b(y, x, c));
-                error += difference * difference;
-            }
-    return 10.0 * std::log10(255.0 * 255.0 * static_cast<double>(count) / error);
-}
-
 }  // namespace
 
 TEST_CASE("the result of clean_depth() becomes the same 3D photo as the photo and its depth, with or without kept depth maps") {
@@ -101,7 +90,7 @@ TEST_CASE("seen from the photo's viewpoint, the 3D photo closely matches the pho
         const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color,
                                                    ldi::moved_view(c.result.facts.camera, c.result.facts.range, 1.0F, 0.0F));
         INFO(name);
-        CHECK(psnr(seen.color, c.result.photo, 2) > 28.0);
+        CHECK(ldi::testing::psnr(seen.color, c.result.photo, 2) > 28.0);
         // Simplified silhouettes cut corners. At curves too short for hidden surfaces, nothing is behind these corners.
         CHECK(uncovered_share(c.result, 0.0F, 0.0F, 2) < 0.0002);
     }
@@ -112,7 +101,7 @@ TEST_CASE("seen from the side, the 3D photo of a scene is close to the scene its
     const ldi::view from = ldi::moved_view(c.result.facts.camera, c.result.facts.range, 1.0F, 12.0F);
     const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color, from);
     const ldi::scenes::picture truth = ldi::scenes::render(c.scene, from, ldi::scenes::picture_options{2, 0.7});
-    CHECK(psnr(seen.color, truth.color, 14) > 22.0);
+    CHECK(ldi::testing::psnr(seen.color, truth.color, 14) > 22.0);
 }
 
 TEST_CASE("all stages together produce a valid layered image without uncolored pixels") {

@@ -8,6 +8,7 @@
 #include <examples/photo3d/webp_texture.hpp>
 #include <tests/program/compressed_glb.hpp>
 #include <tests/support/files.hpp>
+#include <tests/support/psnr.hpp>
 
 #include <algorithm>
 #include <cstdlib>
@@ -122,12 +123,6 @@ void check_same(textured_mesh found, const textured_mesh& expected, float precis
             REQUIRE(examples::seen_apart(&a[i][k][2], &b[i][k][2]) <= precision);
             REQUIRE(a[i][k][4] == Approx(b[i][k][4]).epsilon(0.001));
         }
-}
-
-double psnr(const image<std::uint8_t>& a, const image<std::uint8_t>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += std::pow(a.data()[i] - b.data()[i], 2);
-    return 10 * std::log10(255 * 255 * static_cast<double>(a.size()) / sum);
 }
 
 using words = std::set<std::string>;
