@@ -180,8 +180,8 @@ private:
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 /// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty
 ///
-/// Raises invalid_option for an option outside its range. Time is linear except for sorting the pixels beside silhouettes; up to
-/// 150 bytes per pixel, if all lie beside silhouettes.
+/// Raises invalid_option for an option outside its range, mismatch for any other number of shares. Time is linear except for
+/// sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
                   std::span<const std::uint8_t> shares = {}) {
@@ -191,6 +191,9 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
         raise(error_code::invalid_option, "mixed_color_options", "margins of 0 or more, a reach of 0 to 1, a contrast above 0",
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
+    if (!shares.empty() && shares.size() != layers.size())
+        raise(error_code::mismatch, "unmix_colors", "no shares, or " + std::to_string(layers.size()),
+              std::to_string(shares.size()));
     const auto& g = layers.topology();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);
