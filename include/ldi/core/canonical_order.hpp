@@ -66,7 +66,7 @@ inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const floa
 }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("canonical_order");
+    check_topology(g, "canonical_order");
     return detail::order_of_sound(g, disparity);
 }
 

@@ -10,6 +10,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/other_bytes.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
 
@@ -59,9 +60,9 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
 /// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch
-/// for charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels,
-/// except for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up
-/// to 32 bytes per pixel and per texel.
+/// if an invariant of a view's graph does not hold, for charts that do not belong to `layers`, or that have two pixels at one
+/// position. Time is linear in pixels and texels, except for packing, whose time is proportional to the number of charts times
+/// the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -69,6 +70,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     if (padding < 1 || padding > max_filter_padding)
         raise(error_code::invalid_option, "filter_padding", "1 to " + std::to_string(max_filter_padding),
               std::to_string(padding));
+    check_topology(layers.topology(), "make_atlas");
     check_charts(charts, layers.topology(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) {
