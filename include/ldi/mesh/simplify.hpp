@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -69,7 +70,9 @@ public:
 
     /// Splits edges, all at once, at corners that they skip.
     ///
-    /// splits  sorted, without duplicates
+    /// splits  sorted, without duplicates, at corners within left_out() of their edges
+    ///
+    /// Raises mismatch for any other splits; the boundary then remains unchanged.
     void split(std::span<const boundary_split> splits);
 
     /// Whether the last split created an edge.
@@ -86,6 +89,9 @@ private:
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
+    /// Whether the boundary has this edge, and the edge skips this corner.
+    bool can_split(const boundary_split& s) const;
+
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
     /// Per element of kept_: whether the latest split of its piece created the edge that starts there.
@@ -189,7 +195,19 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     return farthest;
 }
 
+inline bool simplified_boundary::can_split(const boundary_split& s) const {
+    const auto [piece, index] = s.edge;
+    if (piece < 0 || piece >= stretches_.count() || index < 0 || index + 1 >= stretches_[piece].count) return false;
+    const auto [first, last] = left_out(s.edge);
+    return s.corner >= first && s.corner < last;
+}
+
 inline void simplified_boundary::split(std::span<const boundary_split> splits) {
+    for (std::size_t s = 0; s < splits.size(); ++s)
+        if (!can_split(splits[s]) || (s > 0 && !(splits[s - 1] < splits[s])))
+            raise(error_code::mismatch, "simplified_boundary", "ascending splits at corners that the edges skip",
+                  "a split of edge " + std::to_string(splits[s].edge.index) + " of piece " +
+                      std::to_string(splits[s].edge.piece) + " at corner " + std::to_string(splits[s].corner));
     ++splits_;
     for (std::size_t s = 0; s < splits.size();) {
         const std::int32_t piece = splits[s].edge.piece;
