@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -44,7 +45,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const auto& g = layers.topology();
     const auto disparity = layers.template column<disparity_column>();
     const auto known = layers.template column<known_column>();
-    buffer<float> front(g.position_count(), 0.0F);
+    buffer<float> front(g.position_count(), -std::numeric_limits<float>::infinity());
     for (std::int32_t i = 0; i < g.count(); ++i) {
         float& nearest = front[g.position_of(i)];
         nearest = (std::max)(nearest, disparity[i]);
