@@ -46,6 +46,7 @@ void convert_values(const basic_feature_map<From>& from, basic_feature_map<To>& 
     });
 }
 
+/// Raises invalid_option unless the scale is above 0 and below 2^120.
 inline void check_scale(const char* where, float scale) {
     if (!(scale > 0.0F && scale < 0x1p120F))
         raise(error_code::invalid_option, where, "a scale above 0 and below 2^120", to_text(scale));

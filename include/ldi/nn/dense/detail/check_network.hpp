@@ -29,7 +29,8 @@ struct checked_tensor {
     std::size_t channels;
 };
 
-inline void check_scale(const std::string& name, float scale) {
+/// Raises invalid_data unless the scale is a positive normal number.
+inline void check_tensor_scale(const std::string& name, float scale) {
     if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
         raise(error_code::invalid_data, name, "a positive scale", to_text(scale));
 }
@@ -76,7 +77,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
         raise(error_code::mismatch, place, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
-    check_scale(place + " weights", c.weight_quantization.scale);
+    check_tensor_scale(place + " weights", c.weight_quantization.scale);
     const float scale = requantization_scale(input.values, c.weight_quantization, output);
     if (!is_requantization_scale(scale))
         raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", to_text(scale));
@@ -112,11 +113,11 @@ inline void check_network(const network_description& network) {
     if (network.input_channels == 0 || network.input_channels > max_channels)
         raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
               std::to_string(network.input_channels));
-    check_scale(input, network.input.scale);
+    check_tensor_scale(input, network.input.scale);
     buffer<checked_tensor> tensors{{network.input, network.input_channels}};
     for (const operator_description& op : network.operators) {
         const std::string place = place_in(network.where, op.name);
-        check_scale(place, op.output.scale);
+        check_tensor_scale(place, op.output.scale);
         const std::size_t channels =
             std::visit([&](const auto& kind) { return check_operator(place, op.output, kind, tensors); }, op.kind);
         tensors.push_back({op.output, channels});
