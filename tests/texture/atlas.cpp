@@ -1,3 +1,4 @@
+#include "tests/support/errors.hpp"
 #include "tests/support/files.hpp"
 #include "tests/texture/photo_scene.hpp"
 
@@ -203,6 +204,15 @@ TEST_CASE("a photo that does not fit and a padding outside its range are refused
         options.padding.filter_padding = padding;
         CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
     }
+    options = {};
+    for (const std::int32_t side : {-8192, -1, 0, 15}) {
+        options.max_side = side;
+        CHECK(raised([&] { make_atlas(layers, charts, options); }) == error_code::invalid_option);
+    }
+    options = {};
+    options.padding.diffusion_rounds = -1;
+    CHECK(raised([&] { make_atlas(layers, charts, options); }) == error_code::invalid_option);
+    options = {};
     options.padding.filter_padding = 9;
     CHECK(make_atlas(layers, charts, options).filter_padding == 9);
 }

@@ -29,6 +29,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of make_charts().
 struct chart_options {
     /// Maximum width and height of a bounding box, in pixels; 16 to max_chart_box. The photo's width and height are divided
     /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. In a test with ten photos of
@@ -39,7 +40,8 @@ struct chart_options {
     /// surface.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
-    /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary.
+    /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary; charts
+    /// of that size may exceed any limit.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 

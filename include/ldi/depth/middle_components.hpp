@@ -16,6 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of merge_middle_components().
 struct middle_component_options {
     /// Only components with fewer pixels than this are merged.
     std::int32_t min_size = 20;

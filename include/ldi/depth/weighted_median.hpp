@@ -26,6 +26,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of weighted_median().
 struct weighted_median_options {
     /// Standard deviation of the Gaussian weight over the disparity difference from the center.
     float sigma = 0.2F;

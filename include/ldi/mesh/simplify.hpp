@@ -20,13 +20,15 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of simplified_boundary.
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
+    /// Maximum distance of a corner from the simplified boundary, in pixels, at least 0. With 0, only corners on straight lines
+    /// are dropped.
     float tolerance = 1.0F;
-    /// Maximum difference in disparity between a corner and the simplified boundary, so that a boundary bends where its surface
-    /// bends.
+    /// Maximum difference in disparity between a corner and the simplified boundary, at least 0, so that a boundary bends where
+    /// its surface bends.
     float disparity_tolerance = 0.01F;
-    /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
+    /// Maximum shift of the texture along an edge when it is drawn, in pixels, above 0 (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 

@@ -35,6 +35,7 @@ enum class constrained_ends : std::uint8_t {
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
+/// Options of find_discontinuity_curves().
 struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
     /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. Here, a

@@ -20,6 +20,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// The predefined paths of view_on_path().
 enum class camera_path : std::uint8_t {
     circle,      ///< around the photo's viewpoint, parallel to its image plane, clockwise from the right; ends where it starts
     swing,       ///< from the photo's viewpoint to the right, to the left and back
