@@ -45,7 +45,8 @@ struct photo_facts {
 /// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces, and the strips that extend them
 /// (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces separate, each outline may be
 /// off by one pixel (mesh/simplify.hpp). mesh_disparity: not less than the sum of the disparity tolerances of mesh/simplify.hpp
-/// and mesh/studs.hpp.
+/// and mesh/studs.hpp. They are in core because expand() and grow_past_frame() also depend on them, and occlusion/ and mesh/ do
+/// not include each other.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.

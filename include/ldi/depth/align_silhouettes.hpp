@@ -234,7 +234,7 @@ inline buffer<traced_curve> long_curves(const image<float>& disparity, surface_r
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
-    curve_tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+    curve_tracer curves(width, height, {at, disparity.size()}, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
     curves.prune_spurs(min_length);

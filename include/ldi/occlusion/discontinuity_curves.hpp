@@ -159,7 +159,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();
-    curve_tracer tracer(g.width(), g.height(), disparity.data(), surface,
+    curve_tracer tracer(g.width(), g.height(), disparity, surface,
                         [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
     tracer.prune_spurs(options.min_length);
     const corner_map& corners = tracer.corners();
