@@ -3,7 +3,6 @@
 // Eigen and xtensor.
 #pragma once
 
-#include <ldi/nn/ldi/restrict_plan.hpp>
 #include <ldi/version.hpp>
 
 #include <ldi/base/array_view.hpp>
@@ -61,6 +60,7 @@
 #include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
 #include <ldi/nn/ldi/region_plan.hpp>
+#include <ldi/nn/ldi/restrict_plan.hpp>
 #include <ldi/nn/weights.hpp>
 
 #include <ldi/nn/dense/network_description.hpp>

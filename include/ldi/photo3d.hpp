@@ -65,7 +65,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
                     const photo3d_options& options = {}, Executor&& threads = {}) {
     inpainter.inpaint(layers, options.progress, threads);
     add_texture(layers, options.texture, options.grain);
-    restore_rims(layers, rims);
+    restore_rims(layers, rims, options.mixed_colors.contrast);
 }
 
 /// Makes a 3D photo from a photo with cleaned depth: runs the stages after clean_depth().

@@ -750,6 +750,498 @@ array_view(T*, std::size_t) -> array_view<T>;
 
 }}  // namespace ldi
 
+// ---- ldi/base/executor.hpp
+// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
+// Results never depend on the executor or on its number of threads.
+
+#include <algorithm>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
+/// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
+/// returns after all calls. An engine wraps its own job system in these members. The functions that ldi passes to run() let no
+/// exception escape, so that C code may call them.
+template <class T>
+concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
+    { e.concurrency() } -> std::convertible_to<std::size_t>;
+    e.run(count, function, data);
+};
+
+/// Runs everything on the calling thread.
+struct serial_executor {
+    std::size_t concurrency() const { return 1; }
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
+        for (std::size_t i = 0; i < count; ++i) function(data, i);
+    }
+};
+
+/// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
+/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
+/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
+/// pieces that have not started, and rethrows the first exception after all calls have ended.
+template <executor Executor, class Body>
+void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
+    if (count == 0) return;
+    const std::size_t wanted = threads.concurrency() * 4;  // several pieces per thread balance uneven work
+    const std::size_t possible = count / std::max<std::size_t>(grain, 1);
+    const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
+    if (pieces <= 1) {
+        body(std::size_t{0}, count);
+        return;
+    }
+    struct task {
+        std::remove_reference_t<Body>* body;
+        std::size_t piece, longer_pieces;       // the first `longer_pieces` pieces have one index more
+        const memory& from = current_memory();  // memory for all threads that work on this range
+        std::mutex mutex{};
+        std::exception_ptr failure{};
+
+        std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
+        void run(std::size_t i) {
+            const memory_scope scope(from);
+#if LDI_HAS_EXCEPTIONS
+            {
+                const std::lock_guard lock(mutex);
+                if (failure != nullptr) return;
+            }
+            try {
+                (*body)(start(i), start(i + 1));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                if (failure == nullptr) failure = std::current_exception();
+            }
+#else
+            (*body)(start(i), start(i + 1));
+#endif
+        }
+    } shared{&body, count / pieces, count % pieces};
+    threads.run(
+        pieces, [](void* data, std::size_t i) { static_cast<task*>(data)->run(i); }, &shared);
+    if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
+}
+
+/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
+/// pool runs does not call run() of the same pool, which would deadlock.
+class thread_pool {
+public:
+    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
+    ///          of them, the pool is smaller
+    explicit thread_pool(std::size_t threads = 0) {
+        if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
+        workers_.reserve(threads - 1);
+        for (std::size_t i = 1; i < threads; ++i)
+            if (!start_worker()) break;
+    }
+    thread_pool(const thread_pool&) = delete;
+    thread_pool& operator=(const thread_pool&) = delete;
+    ~thread_pool() {
+        {
+            const std::lock_guard lock(mutex_);
+            stop_ = true;
+        }
+        wake_.notify_all();
+        for (std::thread& worker : workers_) worker.join();
+    }
+
+    std::size_t concurrency() const { return workers_.size() + 1; }
+
+    /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
+        LDI_ASSERT(pool_of_thread() != this);
+        const std::lock_guard one_at_a_time(run_mutex_);
+        std::unique_lock lock(mutex_);
+        function_ = function, data_ = data, next_ = 0, count_ = count, running_ = 0, failure_ = nullptr;
+        wake_.notify_all();
+        drain(lock);
+        done_.wait(lock, [this] { return next_ == count_ && running_ == 0; });
+        if (failure_ != nullptr) std::rethrow_exception(std::exchange(failure_, nullptr));
+    }
+
+private:
+    bool start_worker() {
+#if LDI_HAS_EXCEPTIONS
+        try {
+            workers_.emplace_back([this] { work(); });
+        } catch (const std::exception&) {
+            return false;
+        }
+#else
+        workers_.emplace_back([this] { work(); });
+#endif
+        return true;
+    }
+
+    void work() {
+        std::unique_lock lock(mutex_);
+        while (true) {
+            wake_.wait(lock, [this] { return stop_ || next_ < count_; });
+            if (stop_) return;
+            drain(lock);
+        }
+    }
+
+    void drain(std::unique_lock<std::mutex>& lock) {
+        while (next_ < count_) {
+            const std::size_t index = next_++;
+            ++running_;
+            lock.unlock();
+            std::exception_ptr failure = call(index);
+            lock.lock();
+            if (failure != nullptr) {
+                if (failure_ == nullptr) failure_ = failure;
+                next_ = count_;  // skips the other calls: their results would be discarded
+            }
+            if (--running_ == 0 && next_ == count_) done_.notify_all();
+        }
+    }
+
+    /// The pool for which this thread is working.
+    static const thread_pool*& pool_of_thread() {
+        static thread_local const thread_pool* pool = nullptr;
+        return pool;
+    }
+
+    std::exception_ptr call(std::size_t index) {
+        struct work_scope {
+            const thread_pool* before;
+            ~work_scope() { pool_of_thread() = before; }
+        } const scope{std::exchange(pool_of_thread(), this)};
+#if LDI_HAS_EXCEPTIONS
+        try {
+            function_(data_, index);
+        } catch (...) {
+            return std::current_exception();
+        }
+#else
+        function_(data_, index);
+#endif
+        return nullptr;
+    }
+
+    std::vector<std::thread> workers_;
+    std::mutex run_mutex_, mutex_;
+    std::condition_variable wake_, done_;
+    void (*function_)(void*, std::size_t) = nullptr;
+    void* data_ = nullptr;
+    std::size_t next_ = 0, count_ = 0, running_ = 0;
+    std::exception_ptr failure_;
+    bool stop_ = false;
+};
+
+}}  // namespace ldi
+
+// ---- ldi/base/named_tensors.hpp
+// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp makes `named_tensors` from a file. Networks
+// look up their weights in `named_tensors` (nn/weights.hpp).
+
+#include <functional>
+#include <map>
+#include <variant>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A shape and row-major values. Half-precision numbers of a file become float.
+struct tensor {
+    buffer<std::size_t> shape;  ///< empty for a single value
+    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
+};
+
+/// Tensors and metadata of a weight file. Names are unique.
+struct named_tensors {
+    std::map<std::string, tensor, std::less<>> tensors;
+    std::map<std::string, std::string, std::less<>> metadata;
+    std::string where;  ///< path of the file, for messages
+};
+
+/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
+inline std::string shape_text(const buffer<std::size_t>& shape) {
+    if (shape.empty()) return "a single value";
+    std::string text;
+    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
+    return text;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/base/progress.hpp
+// Progress reports and cancellation of long work.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
+struct progress_listener {
+    void* user = nullptr;
+    void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
+    bool (*is_canceled)(void* user) = nullptr;
+
+    /// Reports progress. Raises canceled if the caller requests to stop.
+    void report(std::string_view stage, float fraction) const {
+        if (on_progress != nullptr) on_progress(user, stage, fraction);
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
+    }
+};
+
+}}  // namespace ldi
+
+// ---- ldi/base/utf8.hpp
+// Recognizes characters of text in UTF-8 (RFC 3629).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
+/// in its shortest form, for example because it is empty. Surrogates are not characters.
+inline std::size_t utf8_length(std::string_view text) {
+    if (text.empty()) return 0;
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
+    };
+    const unsigned lead = byte(0);
+    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+    if (lead == 0xED) good = good && byte(1) < 0xA0;
+    if (lead == 0xF0) good = good && byte(1) >= 0x90;
+    if (lead == 0xF4) good = good && byte(1) < 0x90;
+    return good ? 1 + more : 0;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/base/numbers.hpp
+// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
+// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
+// everywhere.
+
+#include <cmath>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
+template <std::integral Integer>
+constexpr float nearest_float(Integer n) {
+    return static_cast<float>(n);
+}
+
+/// Converts an integer to the nearest double: exact up to 2^53.
+template <std::integral Integer>
+constexpr double nearest_double(Integer n) {
+    return static_cast<double>(n);
+}
+
+/// Rounds to the nearest integer, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest
+/// number below 0.5 to 1.
+constexpr std::int64_t nearest_whole(double value) {
+    const auto whole = static_cast<std::int64_t>(value);
+    const double rest = value - static_cast<double>(whole);  // exact
+    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
+}
+
+/// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
+constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
+
+/// Rounds to the nearest byte, halves up, and clamps.
+inline std::uint8_t rounded_to_byte(float value) {
+    const float clamped = std::clamp(value, 0.0F, 255.0F);
+    const auto whole = static_cast<std::int32_t>(clamped);
+    return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
+}
+
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
+/// round up, so that 0.49999997 becomes 1.
+constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
+
+/// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.
+inline std::uint32_t bits_of(float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+inline float float_of(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
+/// not depend on that.
+inline float fused_multiply_add(float a, float b, float c) {
+#if defined(__FMA__) || defined(__aarch64__)
+    return std::fma(a, b, c);  // one instruction
+#else
+    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct (S.
+    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd", 2008).
+    const double product = double{a} * double{b}, sum = product + double{c};
+    const double share_of_c = sum - product;
+    const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
+    if (!(error < 0.0 || error > 0.0) || !std::isfinite(sum)) return static_cast<float>(sum);
+    std::uint64_t bits;
+    std::memcpy(&bits, &sum, sizeof bits);
+    if (bits % 2 == 0) bits += (error > 0.0) == (sum > 0.0) ? std::uint64_t{1} : ~std::uint64_t{0};
+    double odd;
+    std::memcpy(&odd, &bits, sizeof odd);
+    return static_cast<float>(odd);
+#endif
+}
+
+/// Returns a * b, rounded, for sums of products that must be the same on every machine. By default, GCC and clang compile
+/// a * b + c to a fused multiply-add on machines that have one. It rounds only once, so its last bit may differ.
+///
+/// a, b  floats or doubles; with the extensions of GCC and clang, also vectors (base/four_floats.hpp)
+template <class Real>
+Real rounded_product(Real a, Real b) noexcept {
+#if (defined(_MSC_VER) && !defined(__clang__)) || defined(__wasm__) || \
+    ((defined(__x86_64__) || defined(__i386__)) && !defined(__FMA__) && !defined(__FMA4__))
+    return a * b;  // never fused: MSVC does not, and the other machines cannot
+#elif LDI_HAS_EXTENSIONS
+    // The compiler must assume that the empty assembly changes the product.
+    Real product = a * b;
+#if defined(__x86_64__) || defined(__i386__)
+    asm("" : "+x"(product));
+#elif defined(__aarch64__)
+    asm("" : "+w"(product));
+#else
+    asm("" : "+m"(product));
+#endif
+    return product;
+#else
+    const volatile Real product = a * b;
+    return product;
+#endif
+}
+
+/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
+inline float vector_length(float x, float y) {
+    return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
+}
+
+/// Natural logarithm of a positive, finite number, computed to 1e-14 in double precision and then rounded, the same on every
+/// machine.
+inline float natural_logarithm(float x) {
+    int exponent = 0;
+    double mantissa = std::frexp(double{x}, &exponent);
+    if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
+    // log(m) = 2 artanh(s), a series of odd powers of s. Since s^2 <= 0.0295, terms after s^19 are below 1e-15.
+    const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
+    double sum = 0;
+    for (int power = 19; power >= 1; power -= 2) sum = rounded_product(sum, square) + 2.0 / power;
+    return static_cast<float>(rounded_product(nearest_double(exponent), 0.69314718055994531) + rounded_product(s, sum));
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/core/camera.hpp
+// The pinhole camera that took the photo, and the conversion of disparity to distance. The paper lifts every vertex "along its
+// corresponding ray according to its depth" (section "Meshing"); this header defines the ray and the depth.
+
+#include <array>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
+/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
+/// origin looking along -z.
+struct pinhole_camera {
+    std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
+    float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
+
+    /// Middle of the photo in pixels.
+    float center_x() const { return 0.5F * detail::nearest_float(width); }
+    float center_y() const { return 0.5F * detail::nearest_float(height); }
+
+    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
+    std::array<float, 3> unproject(float x, float y, float depth) const {
+        const float scale = depth / focal_length;
+        return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
+    }
+
+    /// Projects a point in front of the camera to the photo, in pixels.
+    std::array<float, 2> project(const std::array<float, 3>& point) const {
+        const float scale = focal_length / -point[2];
+        return {center_x() + point[0] * scale, center_y() - point[1] * scale};
+    }
+};
+
+/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
+/// diagonal of a frame of 36 mm x 24 mm.
+///
+/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
+inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
+    return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
+           detail::vector_length(36.0F, 24.0F);
+}
+
+/// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
+///
+/// degrees  above 0, below 180
+inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
+    const float radians = degrees * 3.14159265358979F / 180.0F;
+    return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
+}
+
+/// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
+/// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
+/// distances: those outside the ranges below lead to depths that are infinite or NaN.
+struct depth_range {
+    float z_near = 1.0F;  ///< depth at disparity 1, above 0
+    float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
+
+    float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
+    float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
+
+    /// Returns an upper bound, in pixels, on the distance by which renderers shift the texture along an edge of `length` pixels
+    /// between these disparities. Perspective-correct interpolation causes the shift: at the middle of the edge, renderers sample
+    /// the texture closer to the nearer end.
+    float texture_shift(float length, float disparity_a, float disparity_b) const {
+        const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
+        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
+    }
+};
+
+}}  // namespace ldi
+
+// ---- ldi/base/printable.hpp
+// Formats numbers, image sizes, and names that were read from files, for messages.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Shortens a name that was read from a file, and replaces unprintable characters.
+inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
+    constexpr std::size_t max_length = 80;
+    std::string result(name.substr(0, max_length));
+    for (char& c : result)
+        if (c < ' ' || c > '~') c = '?';
+    return result + (name.size() > max_length ? "..." : "");
+}
+
+/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
+inline std::string to_text(double value) {
+    if (std::isnan(value)) return "nan";
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.7g", value);
+    return digits;
+}
+
+/// Formats the size of an image or view: "480 x 640 x 3".
+inline std::string shape_text(const auto& picture) {
+    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
+           std::to_string(picture.channels());
+}
+
+/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
+inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
@@ -940,103 +1432,6 @@ inline bool operator==(const graph& a, const graph& b) { return graph_view(a) ==
 
 }}  // namespace ldi
 
-// ---- ldi/base/numbers.hpp
-// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
-// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
-// everywhere.
-
-#include <algorithm>
-#include <cmath>
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
-template <std::integral Integer>
-constexpr float nearest_float(Integer n) {
-    return static_cast<float>(n);
-}
-
-/// Converts an integer to the nearest double: exact up to 2^53.
-template <std::integral Integer>
-constexpr double nearest_double(Integer n) {
-    return static_cast<double>(n);
-}
-
-/// Rounds to the nearest integer, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest
-/// number below 0.5 to 1.
-constexpr std::int64_t nearest_whole(double value) {
-    const auto whole = static_cast<std::int64_t>(value);
-    const double rest = value - static_cast<double>(whole);  // exact
-    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
-}
-
-/// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
-constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
-
-/// Rounds to the nearest byte, halves up, and clamps.
-inline std::uint8_t rounded_to_byte(float value) {
-    const float clamped = std::clamp(value, 0.0F, 255.0F);
-    const auto whole = static_cast<std::int32_t>(clamped);
-    return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
-}
-
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
-/// round up, so that 0.49999997 becomes 1.
-constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
-
-/// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.
-inline std::uint32_t bits_of(float value) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-inline float float_of(std::uint32_t bits) {
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-/// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
-/// not depend on that.
-inline float fused_multiply_add(float a, float b, float c) {
-#if defined(__FMA__) || defined(__aarch64__)
-    return std::fma(a, b, c);  // one instruction
-#else
-    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct (S.
-    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd", 2008).
-    const double product = double{a} * double{b}, sum = product + double{c};
-    const double share_of_c = sum - product;
-    const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
-    if (!(error < 0.0 || error > 0.0) || !std::isfinite(sum)) return static_cast<float>(sum);
-    std::uint64_t bits;
-    std::memcpy(&bits, &sum, sizeof bits);
-    if (bits % 2 == 0) bits += (error > 0.0) == (sum > 0.0) ? std::uint64_t{1} : ~std::uint64_t{0};
-    double odd;
-    std::memcpy(&odd, &bits, sizeof odd);
-    return static_cast<float>(odd);
-#endif
-}
-
-/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
-inline float vector_length(float x, float y) {
-    return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
-}
-
-/// Natural logarithm of a positive, finite number, computed to 1e-14 in double precision and then rounded, the same on every
-/// machine.
-inline float natural_logarithm(float x) {
-    int exponent = 0;
-    double mantissa = std::frexp(double{x}, &exponent);
-    if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
-    // log(m) = 2 artanh(s), a series of odd powers of s. Since s^2 <= 0.0295, terms after s^19 are below 1e-15.
-    const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
-    double sum = 0;
-    for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
-    return static_cast<float>(exponent * 0.69314718055994531 + s * sum);
-}
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/core/validate.hpp
 // Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() raises an error if
 // there is a violation. Call validate() to check a graph_view of your own memory.
@@ -1105,6 +1500,16 @@ inline std::optional<violation> validate(const graph_view& g) {
         }
     return std::nullopt;
 }
+
+/// Raises mismatch if an invariant of `graph` does not hold, in release builds, too. Functions that follow the links of a view
+/// call it, because ldi does not own the view's memory. Linear time.
+///
+/// where  name of the function that requires the invariants
+inline void check_topology(const graph_view& g, std::string_view where) {
+    if (const std::optional<violation> found = validate(g)) found->refuse(where);
+}
+/// Checks nothing, because the invariants of a graph always hold.
+inline void check_topology(const graph&, std::string_view) {}
 
 }}  // namespace ldi
 
@@ -1241,6 +1646,19 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Whether a run precedes another run of its scanline in canonical order. The index of the first pixel decides between runs whose
+/// first pixels have the same x and the same disparity.
+///
+/// x, pixel              x and index of the run's first pixel
+/// other_x, other_pixel  the same of the other run
+/// disparity             disparity(pixel) returns the disparity of a first pixel; must not be NaN
+template <class Disparity>
+bool run_precedes(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other_pixel, Disparity&& disparity) {
+    if (x != other_x) return x < other_x;
+    const float nearness = disparity(pixel), other_nearness = disparity(other_pixel);
+    return nearness != other_nearness ? nearness > other_nearness : pixel < other_pixel;
+}
+
 namespace detail {
 
 /// canonical_order() for a graph whose invariants hold.
@@ -1248,6 +1666,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
     if (!disparity.empty() && disparity.size() != g.size())
         raise(error_code::mismatch, "canonical_order", std::to_string(g.size()) + " disparities",
               std::to_string(disparity.size()));
+    for (const float d : disparity)
+        if (std::isnan(d)) raise(error_code::invalid_data, "canonical_order", "disparities without NaN", to_text(d));
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -1260,9 +1680,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 
     const float* const nearness = disparity.empty() ? nullptr : disparity.data();
     const auto before = [&](std::int32_t a, std::int32_t b) {
-        if (g.x()[a] != g.x()[b]) return g.x()[a] < g.x()[b];
-        if (nearness != nullptr && nearness[a] != nearness[b]) return nearness[a] > nearness[b];
-        return a < b;
+        return run_precedes(g.x()[a], a, g.x()[b], b,
+                            [&](std::int32_t pixel) { return nearness == nullptr ? 0.0F : nearness[pixel]; });
     };
     buffer<std::int32_t> order;
     order.reserve(g.size());
@@ -1280,7 +1699,7 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 /// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties; raises mismatch for any other number
+///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN
 ///
 /// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
@@ -1288,7 +1707,7 @@ inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const floa
 }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("canonical_order");
+    check_topology(g, "canonical_order");
     return detail::order_of_sound(g, disparity);
 }
 
@@ -1333,7 +1752,8 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     return std::move(result).build(detail::unchecked);
 }
 
-/// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
+/// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, with the same errors as in
+/// canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = detail::order_of_sound(g, disparity);
@@ -1347,8 +1767,6 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 // ---- ldi/core/columns.hpp
 // Payload columns: the data of each pixel of a layered image. A tag type names a column and defines its values at pixels that
 // stages add, at pixels of coarser levels, and at vertices of a mesh.
-
-#include <array>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2285,7 +2703,7 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("coarsen");
+    check_topology(g, "coarsen");
     return detail::coarsen_sound(g, orphans);
 }
 
@@ -2360,940 +2778,6 @@ coarsened_layers<Columns...> coarsen(const layered_view<Columns...>& fine, orpha
 
 }}  // namespace ldi
 
-// ---- ldi/core/window.hpp
-// Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
-// "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Maximum kernel size of gather_window().
-inline constexpr std::int32_t max_kernel_size = 15;
-
-namespace detail {
-
-/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
-/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
-inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
-    const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
-    if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
-    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
-    window[0] = first(g.left()[up], g.up()[left]), window[2] = first(g.right()[up], g.up()[right]);
-    window[6] = first(g.left()[down], g.down()[left]), window[8] = first(g.right()[down], g.down()[right]);
-    window[1] = up, window[3] = left, window[4] = pixel, window[5] = right, window[7] = down;
-    return true;
-}
-
-[[noreturn]] inline void refuse_kernel_size(std::int32_t kernel_size) {
-    raise(error_code::invalid_option, "gather_window", "an odd kernel size from 1 to " + std::to_string(max_kernel_size),
-          std::to_string(kernel_size));
-}
-
-}  // namespace detail
-
-/// Fills `window` with the pixels under a kernel centered on `pixel`.
-///
-/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
-/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
-///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
-///              there
-///
-/// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
-/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
-/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
-/// does not contain i.
-inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
-    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
-    const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
-    LDI_ASSERT(window.size() == count);
-    LDI_ASSERT(pixel >= 0 && pixel < g.count());
-    if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
-
-    // The window with a border of elements that count as reached, so that exploration ends at the border.
-    constexpr std::int32_t border = 0;
-    const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
-    std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
-    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements in the order of exploration
-    std::fill_n(found.begin(), width * width, border);
-    for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
-    const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
-    at(center) = pixel, reached[0] = center;
-    std::size_t reached_count = 1;
-    for (std::size_t next = 0; next < reached_count && reached_count < count; ++next) {
-        const std::int32_t from = reached[next];
-        for (side s : all_sides) {
-            const std::int32_t to = from + step_y(s) * width + step_x(s);
-            if (at(to) != no_pixel) continue;
-            const std::int32_t neighbor = g.neighbor(at(from), s);
-            if (neighbor != no_pixel) at(to) = neighbor, reached[reached_count++] = to;
-        }
-    }
-    for (std::int32_t row = 0; row < kernel_size; ++row)
-        std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
-}
-
-}}  // namespace ldi
-
-// ---- ldi/nn/ldi/detail/regular_pixels.hpp
-// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
-
-#include <bit>
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// A set of pixels with one bit per pixel. Bits before the first and after the last pixel are zero. Shifts and masks replace
-/// division by 64, which is slower for signed numbers.
-class pixel_bits {
-public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before, at least one after
-
-    std::int32_t word_count() const { return words_.count() - 2; }
-    std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
-    std::uint64_t word(std::int32_t index) const { return words_[index + 1]; }
-
-    bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
-
-    /// Returns bits i to i + 63, where i ranges from -64 to the last pixel.
-    std::uint64_t from(std::int32_t i) const {
-        const std::int32_t at = i + 64, shift = at & 63;
-        const std::uint64_t low = words_[at >> 6] >> shift;
-        return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
-    }
-
-    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
-    /// different object.
-    void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
-        for (const std::int32_t last = first + count; first < last;) {
-            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
-            const std::uint64_t bits = source.from(source_first) & ones(here);
-            word(first >> 6) |= bits << (first & 63);
-            first += here, source_first += here;
-        }
-    }
-
-    void set(std::int32_t first, std::int32_t count, bool value) {
-        for (const std::int32_t last = first + count; first < last;) {
-            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
-            const std::uint64_t bits = ones(here) << (first & 63);
-            word(first >> 6) = value ? word(first >> 6) | bits : word(first >> 6) & ~bits;
-            first += here;
-        }
-    }
-
-    void keep_common(const pixel_bits& other) {
-        for (std::size_t w = 0; w < words_.size(); ++w) words_[w] &= other.words_[w];
-    }
-
-private:
-    static std::uint64_t ones(std::int32_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
-
-    buffer<std::uint64_t> words_;
-};
-
-/// Pixels first, first + 1, ... whose neighbors on one side are target, target + 1, ...
-struct pixel_strip {
-    std::int32_t first, count, target;
-};
-
-/// Returns the first index at or after `i` whose value is not the previous value plus one.
-///
-/// i  at least 1
-inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    // Compares values in blocks for speed: strips are as long as image rows, and these loops read every link of the graph.
-    constexpr std::size_t block = 16;
-    for (; i + block <= links.size(); i += block) {
-        std::int32_t different = 0;
-        for (std::size_t n = i; n < i + block; ++n) different |= links[n] ^ (links[n - 1] + 1);
-        if (different != 0) break;
-    }
-    while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
-    return static_cast<std::int32_t>(i);
-}
-
-/// Splits the pixels that have a neighbor on one side into as few strips as possible.
-///
-/// links  the neighbor of each pixel on this side, or no_pixel
-inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
-    buffer<pixel_strip> strips;
-    for (std::int32_t first = 0, last; first < links.count(); first = last) {
-        last = first + 1;
-        if (links[first] == no_pixel) continue;
-        last = end_of_strip(links, static_cast<std::size_t>(last));
-        strips.push_back({first, last - first, links[first]});
-    }
-    return strips;
-}
-
-/// Strips of a graph's links, computed once for all kernel sizes.
-struct link_strips {
-    buffer<pixel_strip> up, down, right;
-
-    explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
-};
-
-/// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
-/// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
-/// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
-/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs,
-/// regardless of other links.
-///
-/// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
-/// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
-/// round |x| + |y|. Claim: in each round d, every element gets the pixel of its rib, and the elements are reached in this order:
-/// those above the center, topmost row first; those below it, bottommost row first; then (-d, 0) and (d, 0). Round 0 satisfies
-/// the claim. Suppose round d does, and consider an element (x, y) of round d + 1.
-///
-/// If x = 0, its only neighbor in round d is the next pixel of the spine toward the center. If y = 0, its only neighbor in round
-/// d is the next pixel of the rib toward the center. Otherwise it has two neighbors in round d: A on the same rib, closer to the
-/// spine, and B in the row closer to the center. A is in a row farther from the center than B, so exploration processes A first.
-/// The link from A along the rib exists, so (x, y) gets the pixel of the rib.
-///
-/// Each element is thus reached from the previous element of its spine or rib. Elements of one row are reached in the order of
-/// these predecessors. For d <= r, the first element of round d above the center is on the spine. Exploration follows its link
-/// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
-/// same holds below the center. This is the claimed order.
-///
-/// Links outside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
-/// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
-/// windows.
-class regular_pixels {
-public:
-    regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
-
-    regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
-        : radius_(kernel_size / 2), g_(g), regular_(g.size()), continues_(g.size()) {
-        pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
-        for (const pixel_strip& strip : strips.right)
-            if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
-        continues_ = has_right;
-        regular_.set(0, g.count(), true);
-        for (std::int32_t w = 0; w < regular_.word_count(); ++w)
-            for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
-        const pixel_bits ribs = regular_;
-        follow(strips.up, ribs);
-        follow(strips.down, ribs);
-    }
-
-    std::int32_t kernel_size() const { return 2 * radius_ + 1; }
-    bool contains(std::int32_t pixel) const { return regular_[pixel]; }
-
-    /// Calls `visit(first, count, rows)` for each run of regular pixels whose spines are adjacent in memory. `rows` is the spine
-    /// of the run's first pixel: kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
-    template <class Visit>
-    void for_each_segment(Visit&& visit) {
-        buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
-        for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
-            const std::int32_t i = w * 64;
-            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & continues_.from(i - 1)), w, firsts);
-            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & continues_.word(w)), w, lasts);
-        }
-        for (std::size_t s = 0; s < firsts.size(); ++s) {
-            rows[radius_] = firsts[s];
-            for (std::int32_t n = 1; n <= radius_; ++n) {
-                rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
-                rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
-            }
-            const std::int32_t count = lasts[s] - firsts[s] + 1;
-            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows))) regular_.set(firsts[s], count, false);
-        }
-    }
-
-    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
-    template <class Visit>
-    void for_each_other(Visit&& visit) const {
-        buffer<std::int32_t> pixels;
-        for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
-        for (const std::int32_t pixel : pixels)
-            if (pixel < g_.count()) visit(pixel);
-    }
-
-private:
-    static void append_set_bits(std::uint64_t bits, std::int32_t word, buffer<std::int32_t>& pixels) {
-        for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
-    }
-
-    /// Follows the half of each spine that extends to one side, up or down. Clears a pixel's bit in `regular_` if this half is
-    /// incomplete or has an incomplete rib. Clears its bit in `continues_` if this half is not adjacent in memory to the
-    /// corresponding half of the next pixel's spine.
-    ///
-    /// strips  links toward that side
-    void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
-        pixel_bits with_rib = ribs, side_by_side(g_.size());
-        for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
-        for (std::int32_t n = 1; n <= radius_; ++n) {
-            with_rib = as_seen_from_neighbors(with_rib, strips);
-            regular_.keep_common(with_rib);
-            if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
-            continues_.keep_common(side_by_side);
-        }
-    }
-
-    /// Returns, for each pixel, the bit of its neighbor along `strips`, or zero for a pixel without this neighbor.
-    pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
-        pixel_bits seen(g_.size());
-        for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
-        return seen;
-    }
-
-    std::int32_t radius_;
-    graph_view g_;
-    pixel_bits regular_;
-    pixel_bits
-        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
-};
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/nn/ldi/convolution_plan.hpp
-// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
-// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-class convolution_plan;
-
-namespace detail {
-
-/// A run of outputs of a plan.
-struct plan_segment {
-    std::int32_t first, count;
-};
-
-/// Writable contents of a plan. Planning and renumbering functions fill them.
-struct plan_parts {
-    std::int32_t kernel_size = 1, stride = 1;
-    std::size_t input_count = 0;     ///< pixels of the graph
-    std::size_t output_count = 0;    ///< pixels of the graph or, with stride 2, of the coarse graph
-    buffer<plan_segment> segments;   ///< in ascending order of outputs
-    buffer<std::int32_t> rows;       ///< segments x kernel_size: center pixels of window rows, as in rows_of()
-    buffer<std::int32_t> irregular;  ///< outputs, ascending
-    buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
-
-    std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
-    std::size_t elements() const { return k() * k(); }
-};
-
-convolution_plan plan_of(plan_parts parts);
-plan_parts parts_of(convolution_plan plan);
-
-}  // namespace detail
-
-/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
-/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans are
-/// immutable, so their pixel and output indices stay valid.
-class convolution_plan {
-public:
-    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
-    /// kernel_size pixels centered at pixel `rows_of(s)[r] + stride * i`, where s is the index of the segment.
-    using segment = detail::plan_segment;
-
-    /// Makes a plan without inputs and outputs.
-    convolution_plan() = default;
-    convolution_plan(const convolution_plan&) = default;
-    convolution_plan& operator=(const convolution_plan& other) { return *this = convolution_plan(other); }
-    /// The moved-from plan is empty.
-    convolution_plan(convolution_plan&& other) noexcept : parts_(std::exchange(other.parts_, {})) {}
-    convolution_plan& operator=(convolution_plan&& other) noexcept {
-        parts_ = std::exchange(other.parts_, {});
-        return *this;
-    }
-
-    std::int32_t kernel_size() const { return parts_.kernel_size; }
-    std::int32_t stride() const { return parts_.stride; }
-    /// Number of pixels of the graph.
-    std::size_t input_count() const { return parts_.input_count; }
-    /// Number of pixels of the graph or, with stride 2, of the coarse graph.
-    std::size_t output_count() const { return parts_.output_count; }
-    /// Whether a convolution computes all outputs. Time is linear in the number of segments.
-    bool is_full() const {
-        std::size_t computed = parts_.irregular.size();
-        for (const segment& s : parts_.segments) computed += static_cast<std::size_t>(s.count);
-        return computed == output_count();
-    }
-    /// kernel_size() as std::size_t.
-    std::size_t k() const { return parts_.k(); }
-    /// Number of pixels per window.
-    std::size_t elements() const { return parts_.elements(); }
-
-    /// The segments, in ascending order of outputs.
-    array_view<const segment> segments() const& { return parts_.segments; }
-    array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
-    std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
-    std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
-    /// The irregular outputs, ascending.
-    array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
-    array_view<const std::int32_t> irregular() const&& = delete;
-    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
-    std::span<const std::int32_t> window_of(std::size_t i) const& {
-        return std::span(parts_.windows).subspan(i * elements(), elements());
-    }
-    std::span<const std::int32_t> window_of(std::size_t) const&& = delete;
-    /// The windows of all irregular outputs.
-    array_view<const std::int32_t> windows() const& { return parts_.windows; }
-    array_view<const std::int32_t> windows() const&& = delete;
-
-    /// Memory that the plan has allocated, in bytes.
-    std::size_t bytes() const {
-        return parts_.segments.capacity() * sizeof(segment) +
-               (parts_.rows.capacity() + parts_.irregular.capacity() + parts_.windows.capacity()) * sizeof(std::int32_t);
-    }
-
-private:
-    friend convolution_plan detail::plan_of(detail::plan_parts parts);
-    friend detail::plan_parts detail::parts_of(convolution_plan plan);
-
-    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
-
-    detail::plan_parts parts_;
-};
-
-namespace detail {
-
-inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
-inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
-
-/// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
-inline const graph_view& checked(const graph_view& g) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("plan_convolution");
-    return g;
-}
-
-inline void check_kernel_size(std::int32_t kernel_size) {
-    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
-        raise(error_code::invalid_option, "kernel_size", "an odd number from 1 to " + std::to_string(max_kernel_size),
-              std::to_string(kernel_size));
-}
-
-/// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
-/// share the kernels' tiles.
-inline constexpr std::int32_t min_segment = 4;
-
-inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::int32_t> rows, std::int32_t shift) {
-    plan.segments.push_back(s);
-    for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
-}
-
-inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
-    plan.irregular.push_back(output);
-    plan.windows.resize(plan.windows.size() + plan.elements());
-    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
-}
-
-inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
-    plan_parts plan;
-    plan.kernel_size = kernel_size;
-    plan.input_count = plan.output_count = g.size();
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (count < min_segment) return false;
-        add_segment(plan, {first, count}, rows, 0);
-        return true;
-    });
-    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
-    return plan_of(std::move(plan));
-}
-
-inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
-    const auto refuse = [&](const std::string& found) {
-        raise(error_code::mismatch, "plan_convolution", "the level_map that coarsen() returned for this graph", found);
-    };
-    const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
-    if (parent.size() != g.size())
-        refuse("the map of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
-    if (map.width() != g.width() || map.height() != g.height()) refuse("the map of a graph on a lattice of another size");
-    plan_parts plan;
-    plan.kernel_size = kernel_size, plan.stride = 2;
-    plan.input_count = g.size(), plan.output_count = all_kept.size();
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (g.y()[first] % 2 != 0) return true;
-        const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
-        if (kept < min_segment) return false;
-        // The kept pixels of a run are consecutive in the coarse graph.
-        const std::int32_t output = parent[first + odd];
-        if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
-            all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
-            refuse("the map of another graph");
-        add_segment(plan, {output, kept}, rows, odd);
-        return true;
-    });
-    for (std::int32_t o = 0; o < all_kept.count(); ++o)
-        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
-    return plan_of(std::move(plan));
-}
-
-}  // namespace detail
-
-/// Plans a convolution with stride 1. The pixels may have any order; the canonical order (core/canonical_order.hpp) is the
-/// fastest.
-///
-/// kernel_size  odd, 1 to max_kernel_size
-///
-/// Raises invalid_option for any other kernel size.
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
-}
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
-}
-
-/// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
-///
-/// kernel_size  odd, 1 to max_kernel_size
-/// map          coarsened::map of the result of coarsen(g)
-///
-/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
-/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
-}
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
-inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
-    detail::check_kernel_size(kernel_size);
-    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
-}
-
-}}  // namespace ldi
-
-// ---- ldi/nn/ldi/restrict_plan.hpp
-// Restricts the plan of a convolution to some of its outputs, so that the convolution computes only these, and lists the pixels
-// that a plan reads. Networks use both to compute, layer by layer, only what the wanted pixels need.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-namespace detail {
-
-/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
-template <class Number>
-plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
-    plan_parts result;
-    result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
-    result.input_count = plan.input_count(), result.output_count = plan.output_count();
-    const array_view<const plan_segment> segments = plan.segments();
-    const array_view<const std::int32_t> all_irregular = plan.irregular();
-    const auto refuse = [](std::int32_t output) {
-        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
-    };
-    std::size_t s = 0, irregular = 0;
-    for (std::size_t i = 0; i < outputs.size();) {
-        const std::int32_t output = outputs[i];
-        if (i > 0 && outputs[i - 1] >= output) refuse(output);
-        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
-        if (s == segments.size() || segments[s].first > output) {
-            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
-            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
-            result.irregular.push_back(number(i));
-            const std::span<const std::int32_t> window = plan.window_of(irregular);
-            result.windows.append(window.begin(), window.end());
-            ++i;
-            continue;
-        }
-        const plan_segment from = segments[s];
-        std::size_t last = i + 1;
-        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
-        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
-        const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= min_segment)
-            add_segment(result, {number(i), count}, rows, shift);
-        else
-            for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(number(i) + o);
-                for (const std::int32_t row : rows)
-                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
-                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
-            }
-        i = last;
-    }
-    return result;
-}
-
-}  // namespace detail
-
-/// Returns the plan restricted to some outputs.
-///
-/// outputs  ascending outputs of the plan; raises mismatch for others
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
-}
-
-/// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
-///
-/// outputs  as in restrict_to()
-inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    detail::plan_parts result =
-        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
-    result.output_count = outputs.size();
-    return detail::plan_of(std::move(result));
-}
-
-/// Marks all pixels that the plan's outputs read.
-///
-/// marks  plan.input_count(); the function sets marks to 1 and clears none
-inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
-    LDI_ASSERT(marks.size() == plan.input_count());
-    for (std::size_t s = 0; s < plan.segments().size(); ++s)
-        for (const std::int32_t row : plan.rows_of(s)) {
-            std::uint8_t* const first = marks.data() + (row - plan.kernel_size() / 2);
-            const std::int32_t count = plan.stride() * (plan.segments()[s].count - 1) + plan.kernel_size();
-            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
-            if (plan.kernel_size() > 1 || plan.stride() == 1)
-                std::fill_n(first, count, std::uint8_t{1});
-            else
-                for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
-        }
-    for (const std::int32_t pixel : plan.windows())
-        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
-}
-
-/// Lists all pixels that the plan's outputs read, ascending.
-inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    buffer<std::uint8_t> marks(plan.input_count(), 0);
-    mark_needed_inputs(plan, marks);
-    buffer<std::int32_t> pixels;
-    for (std::int32_t i = 0; i < marks.count(); ++i)
-        if (marks[i] != 0) pixels.push_back(i);
-    return pixels;
-}
-
-}}  // namespace ldi
-
-// ---- ldi/base/executor.hpp
-// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
-// Results never depend on the executor or on its number of threads.
-
-#include <condition_variable>
-#include <exception>
-#include <mutex>
-#include <thread>
-#include <vector>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
-/// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
-/// returns after all calls. An engine wraps its own job system in these members. The functions that ldi passes to run() let no
-/// exception escape, so that C code may call them.
-template <class T>
-concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
-    { e.concurrency() } -> std::convertible_to<std::size_t>;
-    e.run(count, function, data);
-};
-
-/// Runs everything on the calling thread.
-struct serial_executor {
-    std::size_t concurrency() const { return 1; }
-    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
-        for (std::size_t i = 0; i < count; ++i) function(data, i);
-    }
-};
-
-/// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
-/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
-/// pieces that have not started, and rethrows the first exception after all calls have ended.
-template <executor Executor, class Body>
-void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
-    if (count == 0) return;
-    const std::size_t wanted = threads.concurrency() * 4;  // several pieces per thread balance uneven work
-    const std::size_t possible = count / std::max<std::size_t>(grain, 1);
-    const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
-    if (pieces <= 1) {
-        body(std::size_t{0}, count);
-        return;
-    }
-    struct task {
-        std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first `longer_pieces` pieces have one index more
-        const memory& from = current_memory();  // memory for all threads that work on this range
-        std::mutex mutex{};
-        std::exception_ptr failure{};
-
-        std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
-        void run(std::size_t i) {
-            const memory_scope scope(from);
-#if LDI_HAS_EXCEPTIONS
-            {
-                const std::lock_guard lock(mutex);
-                if (failure != nullptr) return;
-            }
-            try {
-                (*body)(start(i), start(i + 1));
-            } catch (...) {
-                const std::lock_guard lock(mutex);
-                if (failure == nullptr) failure = std::current_exception();
-            }
-#else
-            (*body)(start(i), start(i + 1));
-#endif
-        }
-    } shared{&body, count / pieces, count % pieces};
-    threads.run(
-        pieces, [](void* data, std::size_t i) { static_cast<task*>(data)->run(i); }, &shared);
-    if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
-}
-
-/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
-/// pool runs does not call run() of the same pool, which would deadlock.
-class thread_pool {
-public:
-    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
-    ///          of them, the pool is smaller
-    explicit thread_pool(std::size_t threads = 0) {
-        if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
-        workers_.reserve(threads - 1);
-        for (std::size_t i = 1; i < threads; ++i)
-            if (!start_worker()) break;
-    }
-    thread_pool(const thread_pool&) = delete;
-    thread_pool& operator=(const thread_pool&) = delete;
-    ~thread_pool() {
-        {
-            const std::lock_guard lock(mutex_);
-            stop_ = true;
-        }
-        wake_.notify_all();
-        for (std::thread& worker : workers_) worker.join();
-    }
-
-    std::size_t concurrency() const { return workers_.size() + 1; }
-
-    /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
-    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
-        LDI_ASSERT(pool_of_thread() != this);
-        const std::lock_guard one_at_a_time(run_mutex_);
-        std::unique_lock lock(mutex_);
-        function_ = function, data_ = data, next_ = 0, count_ = count, running_ = 0, failure_ = nullptr;
-        wake_.notify_all();
-        drain(lock);
-        done_.wait(lock, [this] { return next_ == count_ && running_ == 0; });
-        if (failure_ != nullptr) std::rethrow_exception(std::exchange(failure_, nullptr));
-    }
-
-private:
-    bool start_worker() {
-#if LDI_HAS_EXCEPTIONS
-        try {
-            workers_.emplace_back([this] { work(); });
-        } catch (const std::exception&) {
-            return false;
-        }
-#else
-        workers_.emplace_back([this] { work(); });
-#endif
-        return true;
-    }
-
-    void work() {
-        std::unique_lock lock(mutex_);
-        while (true) {
-            wake_.wait(lock, [this] { return stop_ || next_ < count_; });
-            if (stop_) return;
-            drain(lock);
-        }
-    }
-
-    void drain(std::unique_lock<std::mutex>& lock) {
-        while (next_ < count_) {
-            const std::size_t index = next_++;
-            ++running_;
-            lock.unlock();
-            std::exception_ptr failure = call(index);
-            lock.lock();
-            if (failure != nullptr) {
-                if (failure_ == nullptr) failure_ = failure;
-                next_ = count_;  // skips the other calls: their results would be discarded
-            }
-            if (--running_ == 0 && next_ == count_) done_.notify_all();
-        }
-    }
-
-    /// The pool for which this thread is working.
-    static const thread_pool*& pool_of_thread() {
-        static thread_local const thread_pool* pool = nullptr;
-        return pool;
-    }
-
-    std::exception_ptr call(std::size_t index) {
-        struct work_scope {
-            const thread_pool* before;
-            ~work_scope() { pool_of_thread() = before; }
-        } const scope{std::exchange(pool_of_thread(), this)};
-#if LDI_HAS_EXCEPTIONS
-        try {
-            function_(data_, index);
-        } catch (...) {
-            return std::current_exception();
-        }
-#else
-        function_(data_, index);
-#endif
-        return nullptr;
-    }
-
-    std::vector<std::thread> workers_;
-    std::mutex run_mutex_, mutex_;
-    std::condition_variable wake_, done_;
-    void (*function_)(void*, std::size_t) = nullptr;
-    void* data_ = nullptr;
-    std::size_t next_ = 0, count_ = 0, running_ = 0;
-    std::exception_ptr failure_;
-    bool stop_ = false;
-};
-
-}}  // namespace ldi
-
-// ---- ldi/base/named_tensors.hpp
-// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp makes `named_tensors` from a file. Networks
-// look up their weights in `named_tensors` (nn/weights.hpp).
-
-#include <functional>
-#include <map>
-#include <variant>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// A shape and row-major values. Half-precision numbers of a file become float.
-struct tensor {
-    buffer<std::size_t> shape;  ///< empty for a single value
-    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
-};
-
-/// Tensors and metadata of a weight file. Names are unique.
-struct named_tensors {
-    std::map<std::string, tensor, std::less<>> tensors;
-    std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< path of the file, for messages
-};
-
-/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
-inline std::string shape_text(const buffer<std::size_t>& shape) {
-    if (shape.empty()) return "a single value";
-    std::string text;
-    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
-    return text;
-}
-
-}}  // namespace ldi
-
-// ---- ldi/base/progress.hpp
-// Progress reports and cancellation of long work.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
-struct progress_listener {
-    void* user = nullptr;
-    void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
-    bool (*is_canceled)(void* user) = nullptr;
-
-    /// Reports progress. Raises canceled if the caller requests to stop.
-    void report(std::string_view stage, float fraction) const {
-        if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
-    }
-};
-
-}}  // namespace ldi
-
-// ---- ldi/base/utf8.hpp
-// Recognizes characters of text in UTF-8 (RFC 3629).
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
-/// in its shortest form, for example because it is empty. Surrogates are not characters.
-inline std::size_t utf8_length(std::string_view text) {
-    if (text.empty()) return 0;
-    const auto byte = [&](std::size_t i) {
-        return i < text.size() ? static_cast<unsigned>(static_cast<unsigned char>(text[i])) : 0U;
-    };
-    const unsigned lead = byte(0);
-    const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-    bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
-    for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
-    if (lead == 0xE0) good = good && byte(1) >= 0xA0;
-    if (lead == 0xED) good = good && byte(1) < 0xA0;
-    if (lead == 0xF0) good = good && byte(1) >= 0x90;
-    if (lead == 0xF4) good = good && byte(1) < 0x90;
-    return good ? 1 + more : 0;
-}
-
-}}  // namespace ldi
-
-// ---- ldi/core/camera.hpp
-// The pinhole camera that took the photo, and the conversion of disparity to distance. The paper lifts every vertex "along its
-// corresponding ray according to its depth" (section "Meshing"); this header defines the ray and the depth.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
-/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
-/// origin looking along -z.
-struct pinhole_camera {
-    std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
-    float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
-
-    /// Middle of the photo in pixels.
-    float center_x() const { return 0.5F * detail::nearest_float(width); }
-    float center_y() const { return 0.5F * detail::nearest_float(height); }
-
-    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
-    std::array<float, 3> unproject(float x, float y, float depth) const {
-        const float scale = depth / focal_length;
-        return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
-    }
-
-    /// Projects a point in front of the camera to the photo, in pixels.
-    std::array<float, 2> project(const std::array<float, 3>& point) const {
-        const float scale = focal_length / -point[2];
-        return {center_x() + point[0] * scale, center_y() - point[1] * scale};
-    }
-};
-
-/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
-/// diagonal of a frame of 36 mm x 24 mm.
-///
-/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
-inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
-    return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
-           detail::vector_length(36.0F, 24.0F);
-}
-
-/// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
-///
-/// degrees  above 0, below 180
-inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
-    const float radians = degrees * 3.14159265358979F / 180.0F;
-    return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
-}
-
-/// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
-/// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
-/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
-/// distances: those outside the ranges below lead to depths that are infinite or NaN.
-struct depth_range {
-    float z_near = 1.0F;  ///< depth at disparity 1, above 0
-    float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
-
-    float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
-    float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
-
-    /// Returns an upper bound, in pixels, on the distance by which renderers shift the texture along an edge of `length` pixels
-    /// between these disparities. Perspective-correct interpolation causes the shift: at the middle of the edge, renderers sample
-    /// the texture closer to the nearer end.
-    float texture_shift(float length, float disparity_a, float disparity_b) const {
-        const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        // The exact maximum is length (r - 1) / (r + 1), where r^2 is the larger inverse depth divided by the smaller.
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);
-    }
-};
-
-}}  // namespace ldi
-
 // ---- ldi/base/disjoint_sets.hpp
 // Disjoint sets of the integers 0 to size() - 1, merged in amortized logarithmic time: union-find with path halving (Tarjan and
 // van Leeuwen, "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do
@@ -3301,6 +2785,7 @@ struct depth_range {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// A partition of the integers from 0. Sets can be added and merged, but not divided.
 class disjoint_sets {
 public:
     disjoint_sets() = default;
@@ -3422,7 +2907,7 @@ inline components components_of_sound(const graph_view& g) {
 inline components connected_components(const graph& g) { return detail::components_of_sound(g); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline components connected_components(const graph_view& g) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("connected_components");
+    check_topology(g, "connected_components");
     return detail::components_of_sound(g);
 }
 
@@ -3929,6 +3414,9 @@ void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+// Both constants belong to expand(). They are in core because build_mesh() closes the gaps between surfaces that expand() could
+// not link, and mesh/ and occlusion/ do not include each other.
+
 /// Minimum difference in disparity between a pixel that expand() adds and the photo's pixel in front of it, as a multiple of
 /// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;
@@ -3960,6 +3448,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
+/// What is known about a photo. Stages read it beside the layers.
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
@@ -3987,7 +3476,8 @@ struct photo_facts {
 /// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces, and the strips that extend them
 /// (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces separate, each outline may be
 /// off by one pixel (mesh/simplify.hpp). mesh_disparity: not less than the sum of the disparity tolerances of mesh/simplify.hpp
-/// and mesh/studs.hpp.
+/// and mesh/studs.hpp. They are in core because expand() and grow_past_frame() also depend on them, and occlusion/ and mesh/ do
+/// not include each other.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.
@@ -4206,10 +3696,12 @@ public:
     }
     template <one_of<Columns...> Column, std::integral Index>
     std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
+    /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));
     }
+    /// Calls edit(link_editor&), which may link and unlink pixels, as layered_image::edit_links() does.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layers_.edit_links(edit);
@@ -4265,8 +3757,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// corner.
 class corner_map {
 public:
+    /// width, height  size of the lattice in pixels, 0 or more; raises invalid_option if negative
+    ///
     /// Raises too_large for 2^31 corners or more.
     corner_map(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
+        if (width < 0 || height < 0)
+            raise(error_code::invalid_option, "corner_map", "a lattice with a width and a height of 0 or more",
+                  std::to_string(width) + " x " + std::to_string(height));
         const std::int64_t corners = (std::int64_t{width} + 1) * (std::int64_t{height} + 1);
         if (corners > 0x7FFFFFFF)
             raise(error_code::too_large, "corner_map", "fewer than 2^31 pixel corners", std::to_string(corners));
@@ -4274,6 +3771,7 @@ public:
         present_.assign(static_cast<std::size_t>(corners), 0);
     }
 
+    /// Adds the pixel side between a corner and the next one, which must be on the lattice. The side must not be present.
     void add(std::int32_t corner, side toward) {
         if (present_[corner] == 0) used_.push_back(corner);
         present_[corner] |= bit(toward);
@@ -4283,22 +3781,34 @@ public:
         ++side_count_;
     }
 
+    /// Size of the lattice in pixels.
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
+    /// The corners at which a side was ever present, in the order of their first sides. May list a corner twice, if all its sides
+    /// were removed before add() added another one.
     const buffer<std::int32_t>& used() const { return used_; }
+    /// Number of sides that are present.
     std::size_t side_count() const { return side_count_; }
+    /// Number of the corner at the lattice point (x, y), the top left corner of pixel (x, y).
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
+    /// Lattice point of a corner.
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
+    /// Returns the adjacent corner in a direction. It must be on the lattice.
     std::int32_t next(std::int32_t c, side toward) const { return c + step_x(toward) + step_y(toward) * stride_; }
+    /// Whether the side that leaves the corner in this direction is present.
     bool has(std::int32_t c, side toward) const { return (present_[c] & bit(toward)) != 0; }
+    /// Whether the corner lies on the left or the right border of the lattice.
     bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
+    /// Whether the corner lies on any border of the lattice.
     bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
+    /// Number of sides present at a corner, 0 to 4.
     int degree(std::int32_t c) const {
         int count = 0;
         for (side s : all_sides) count += has(c, s) ? 1 : 0;
         return count;
     }
+    /// Removes a side that is present.
     void remove(std::int32_t c, side toward) {
         LDI_ASSERT(has(c, toward));
         present_[c] ^= bit(toward);
@@ -4317,19 +3827,24 @@ private:
 
 /// A traced curve: its sides, and its corners in the same order. A curve of n sides has n + 1 corners.
 struct traced_curve {
-    buffer<std::int32_t> corners;
+    buffer<std::int32_t> corners;  ///< as corner_map numbers them
     buffer<discontinuity> sides;
-    bool is_closed = false;
+    bool is_closed = false;  ///< whether the last corner is the first one
 };
 
 /// Finds the discontinuities of a disparity map, and traces them as curves. A curve is closed, or ends at free ends or junctions.
 class curve_tracer {
 public:
-    /// disparity         width x height values; must outlive the tracer
+    /// width, height     size of the map; raises the errors of corner_map
+    /// disparity         width * height values, row by row; must outlive the tracer. Raises mismatch for any other number
     /// is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
-    curve_tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
-        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
+    curve_tracer(std::int32_t width, std::int32_t height, std::span<const float> disparity, surface_rule surface, IsCut&& is_cut)
+        : width_(width), disparity_(disparity.data()), surface_(surface), all_(width, height) {
+        const std::int64_t pixels = std::int64_t{width} * height;
+        if (static_cast<std::int64_t>(disparity.size()) != pixels)
+            raise(error_code::mismatch, "curve_tracer", std::to_string(pixels) + " disparities",
+                  std::to_string(disparity.size()));
         for (std::int32_t y = 0; y < height; ++y) {
             const std::int32_t start = y * width;
             for (std::int32_t x = 0; x + 1 < width; ++x)
@@ -4376,6 +3891,7 @@ public:
                 if (left.has(corner, s)) visit(follow(left, corner, s));
     }
 
+    /// The corners with the sides of all curves.
     const corner_map& corners() const { return all_; }
 
     /// Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
@@ -4447,6 +3963,80 @@ private:
     surface_rule surface_;
     corner_map all_;
 };
+
+}}  // namespace ldi
+
+// ---- ldi/core/window.hpp
+// Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
+// "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Maximum kernel size of gather_window().
+inline constexpr std::int32_t max_kernel_size = 15;
+
+namespace detail {
+
+/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
+/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
+inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
+    const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
+    if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
+    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
+    window[0] = first(g.left()[up], g.up()[left]), window[2] = first(g.right()[up], g.up()[right]);
+    window[6] = first(g.left()[down], g.down()[left]), window[8] = first(g.right()[down], g.down()[right]);
+    window[1] = up, window[3] = left, window[4] = pixel, window[5] = right, window[7] = down;
+    return true;
+}
+
+[[noreturn]] inline void refuse_kernel_size(std::int32_t kernel_size) {
+    raise(error_code::invalid_option, "gather_window", "an odd kernel size from 1 to " + std::to_string(max_kernel_size),
+          std::to_string(kernel_size));
+}
+
+}  // namespace detail
+
+/// Fills `window` with the pixels under a kernel centered on `pixel`.
+///
+/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
+/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
+///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
+///              there
+///
+/// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
+/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
+/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
+/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
+/// does not contain i.
+inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
+    const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
+    LDI_ASSERT(window.size() == count);
+    LDI_ASSERT(pixel >= 0 && pixel < g.count());
+    if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
+
+    // The window with a border of elements that count as reached, so that exploration ends at the border.
+    constexpr std::int32_t border = 0;
+    const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
+    std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
+    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements in the order of exploration
+    std::fill_n(found.begin(), width * width, border);
+    for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
+    const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
+    at(center) = pixel, reached[0] = center;
+    std::size_t reached_count = 1;
+    for (std::size_t next = 0; next < reached_count && reached_count < count; ++next) {
+        const std::int32_t from = reached[next];
+        for (side s : all_sides) {
+            const std::int32_t to = from + step_y(s) * width + step_x(s);
+            if (at(to) != no_pixel) continue;
+            const std::int32_t neighbor = g.neighbor(at(from), s);
+            if (neighbor != no_pixel) at(to) = neighbor, reached[reached_count++] = to;
+        }
+    }
+    for (std::int32_t row = 0; row < kernel_size; ++row)
+        std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
+}
 
 }}  // namespace ldi
 
@@ -4757,6 +4347,8 @@ inline requantization make_requantization(float scale, std::uint8_t zero_point) 
     return {static_cast<std::int32_t>(mantissa << 7), 126 - detail::biased_exponent(scale), zero_point};
 }
 
+/// Converts a sum to a byte: multiplies and rounds halves up, shifts and rounds halves away from zero, adds the zero point, and
+/// clamps.
 inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r) {
     const std::int64_t product = std::int64_t{accumulator} * r.multiplier;
     const std::int32_t high = static_cast<std::int32_t>((product + (std::int64_t{1} << 30)) >> 31);
@@ -4784,6 +4376,7 @@ inline quantized_addition make_quantized_addition(quantization a, quantization b
     return result;
 }
 
+/// Adds two bytes of different quantizations. The result is rounded, halves away from zero, and clamped.
 inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantized_addition& r) {
     const std::int32_t sum = r.bias + a * r.a_multiplier + b * r.b_multiplier;
     return detail::offset_and_clamp(detail::rounding_shift(sum, r.shift), r.zero_point);
@@ -4925,9 +4518,8 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
 // Shared parts of the NEON kernels: the dot product, products of tiles, requantization of 32-bit sums, and the loops of
-// convolutions. NEON has
-// instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to 4 instructions for 4
-// values, fewer than the float form on other instruction sets, and is exact for every scale.
+// convolutions. NEON has instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to
+// 4 instructions for 4 values, fewer than the float form on other instruction sets, and is exact for every scale.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -5304,6 +4896,7 @@ inline std::optional<float_requantization> find_float_requantization(const requa
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }
 
+/// The same for the form without fused multiply-add.
 inline std::optional<unfused_requantization> find_unfused_requantization(const requantization& r) {
     return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
 }
@@ -10846,39 +10439,430 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 
 }}  // namespace ldi
 
-// ---- ldi/base/printable.hpp
-// Formats numbers, image sizes, and names that were read from files, for messages.
+// ---- ldi/nn/ldi/detail/regular_pixels.hpp
+// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
+
+#include <bit>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Shortens a name that was read from a file, and replaces unprintable characters.
-inline std::string printable(std::string_view name) {
-    if (name.empty()) return "an empty name";
-    constexpr std::size_t max_length = 80;
-    std::string result(name.substr(0, max_length));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > max_length ? "..." : "");
+/// A set of pixels with one bit per pixel. Bits before the first and after the last pixel are zero. Shifts and masks replace
+/// division by 64, which is slower for signed numbers.
+class pixel_bits {
+public:
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before, at least one after
+
+    std::int32_t word_count() const { return words_.count() - 2; }
+    std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
+    std::uint64_t word(std::int32_t index) const { return words_[index + 1]; }
+
+    bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
+
+    /// Returns bits i to i + 63, where i ranges from -64 to the last pixel.
+    std::uint64_t from(std::int32_t i) const {
+        const std::int32_t at = i + 64, shift = at & 63;
+        const std::uint64_t low = words_[at >> 6] >> shift;
+        return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
+    }
+
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be a
+    /// different object.
+    void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
+            const std::uint64_t bits = source.from(source_first) & ones(here);
+            word(first >> 6) |= bits << (first & 63);
+            first += here, source_first += here;
+        }
+    }
+
+    void set(std::int32_t first, std::int32_t count, bool value) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
+            const std::uint64_t bits = ones(here) << (first & 63);
+            word(first >> 6) = value ? word(first >> 6) | bits : word(first >> 6) & ~bits;
+            first += here;
+        }
+    }
+
+    void keep_common(const pixel_bits& other) {
+        for (std::size_t w = 0; w < words_.size(); ++w) words_[w] &= other.words_[w];
+    }
+
+private:
+    static std::uint64_t ones(std::int32_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
+
+    buffer<std::uint64_t> words_;
+};
+
+/// Pixels first, first + 1, ... whose neighbors on one side are target, target + 1, ...
+struct pixel_strip {
+    std::int32_t first, count, target;
+};
+
+/// Returns the first index at or after `i` whose value is not the previous value plus one.
+///
+/// i  at least 1
+inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
+    // Compares values in blocks for speed: strips are as long as image rows, and these loops read every link of the graph.
+    constexpr std::size_t block = 16;
+    for (; i + block <= links.size(); i += block) {
+        std::int32_t different = 0;
+        for (std::size_t n = i; n < i + block; ++n) different |= links[n] ^ (links[n - 1] + 1);
+        if (different != 0) break;
+    }
+    while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
+    return static_cast<std::int32_t>(i);
 }
 
-/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
-inline std::string to_text(double value) {
-    if (std::isnan(value)) return "nan";
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.7g", value);
-    return digits;
+/// Splits the pixels that have a neighbor on one side into as few strips as possible.
+///
+/// links  the neighbor of each pixel on this side, or no_pixel
+inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
+    buffer<pixel_strip> strips;
+    for (std::int32_t first = 0, last; first < links.count(); first = last) {
+        last = first + 1;
+        if (links[first] == no_pixel) continue;
+        last = end_of_strip(links, static_cast<std::size_t>(last));
+        strips.push_back({first, last - first, links[first]});
+    }
+    return strips;
 }
 
-/// Formats the size of an image or view: "480 x 640 x 3".
-inline std::string shape_text(const auto& picture) {
-    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
-           std::to_string(picture.channels());
-}
+/// Strips of a graph's links, computed once for all kernel sizes.
+struct link_strips {
+    buffer<pixel_strip> up, down, right;
 
-/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
-inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
+    explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
+};
+
+/// The set of regular pixels. A pixel is regular if links form its window as in an image. Let r = kernel_size / 2. The spine of a
+/// pixel is the center column of its window: the pixel, r pixels straight up and r pixels straight down along links. The rib of a
+/// pixel of the spine is a row of the window: r pixels to the left, the pixel, and r pixels to the right, adjacent in memory. A
+/// pixel is regular if its spine and all ribs are complete. gather_window() (core/window.hpp) finds exactly these ribs,
+/// regardless of other links.
+///
+/// Proof. Let (x, y) be the element of the window x columns to the right of the center and y rows below it. Along spine and rib,
+/// |x| + |y| links lead to it, and no path is shorter. gather_window() explores links breadth-first, so it reaches the element in
+/// round |x| + |y|. Claim: in each round d, every element gets the pixel of its rib, and the elements are reached in this order:
+/// those above the center, topmost row first; those below it, bottommost row first; then (-d, 0) and (d, 0). Round 0 satisfies
+/// the claim. Suppose round d does, and consider an element (x, y) of round d + 1.
+///
+/// If x = 0, its only neighbor in round d is the next pixel of the spine toward the center. If y = 0, its only neighbor in round
+/// d is the next pixel of the rib toward the center. Otherwise it has two neighbors in round d: A on the same rib, closer to the
+/// spine, and B in the row closer to the center. A is in a row farther from the center than B, so exploration processes A first.
+/// The link from A along the rib exists, so (x, y) gets the pixel of the rib.
+///
+/// Each element is thus reached from the previous element of its spine or rib. Elements of one row are reached in the order of
+/// these predecessors. For d <= r, the first element of round d above the center is on the spine. Exploration follows its link
+/// up, if the window extends that far, before the links to the left and right, so round d + 1 begins with its topmost row. The
+/// same holds below the center. This is the claimed order.
+///
+/// Links outside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular pixels
+/// are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all irregular
+/// windows.
+class regular_pixels {
+public:
+    regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
+
+    regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
+        : radius_(kernel_size / 2), g_(g), regular_(g.size()), continues_(g.size()) {
+        pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
+        for (const pixel_strip& strip : strips.right)
+            if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
+        continues_ = has_right;
+        regular_.set(0, g.count(), true);
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w)
+            for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
+        const pixel_bits ribs = regular_;
+        follow(strips.up, ribs);
+        follow(strips.down, ribs);
+    }
+
+    std::int32_t kernel_size() const { return 2 * radius_ + 1; }
+    bool contains(std::int32_t pixel) const { return regular_[pixel]; }
+
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose spines are adjacent in memory. `rows` is the spine
+    /// of the run's first pixel: kernel_size pixels. If `visit` returns false, the pixels of the run become irregular.
+    template <class Visit>
+    void for_each_segment(Visit&& visit) {
+        buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
+            const std::int32_t i = w * 64;
+            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & continues_.from(i - 1)), w, firsts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & continues_.word(w)), w, lasts);
+        }
+        for (std::size_t s = 0; s < firsts.size(); ++s) {
+            rows[radius_] = firsts[s];
+            for (std::int32_t n = 1; n <= radius_; ++n) {
+                rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
+                rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
+            }
+            const std::int32_t count = lasts[s] - firsts[s] + 1;
+            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows))) regular_.set(firsts[s], count, false);
+        }
+    }
+
+    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
+    template <class Visit>
+    void for_each_other(Visit&& visit) const {
+        buffer<std::int32_t> pixels;
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
+        for (const std::int32_t pixel : pixels)
+            if (pixel < g_.count()) visit(pixel);
+    }
+
+private:
+    static void append_set_bits(std::uint64_t bits, std::int32_t word, buffer<std::int32_t>& pixels) {
+        for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
+    }
+
+    /// Follows the half of each spine that extends to one side, up or down. Clears a pixel's bit in `regular_` if this half is
+    /// incomplete or has an incomplete rib. Clears its bit in `continues_` if this half is not adjacent in memory to the
+    /// corresponding half of the next pixel's spine.
+    ///
+    /// strips  links toward that side
+    void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
+        pixel_bits with_rib = ribs, side_by_side(g_.size());
+        for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
+        for (std::int32_t n = 1; n <= radius_; ++n) {
+            with_rib = as_seen_from_neighbors(with_rib, strips);
+            regular_.keep_common(with_rib);
+            if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
+            continues_.keep_common(side_by_side);
+        }
+    }
+
+    /// Returns, for each pixel, the bit of its neighbor along `strips`, or zero for a pixel without this neighbor.
+    pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
+        pixel_bits seen(g_.size());
+        for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
+        return seen;
+    }
+
+    std::int32_t radius_;
+    graph_view g_;
+    pixel_bits regular_;
+    pixel_bits
+        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
+};
 
 }}}  // namespace ldi::detail
+
+// ---- ldi/nn/ldi/convolution_plan.hpp
+// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
+// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
+// silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+class convolution_plan;
+
+namespace detail {
+
+/// A run of outputs of a plan.
+struct plan_segment {
+    std::int32_t first, count;
+};
+
+/// Writable contents of a plan. Planning and renumbering functions fill them.
+struct plan_parts {
+    std::int32_t kernel_size = 1, stride = 1;
+    std::size_t input_count = 0;     ///< pixels of the graph
+    std::size_t output_count = 0;    ///< pixels of the graph or, with stride 2, of the coarse graph
+    buffer<plan_segment> segments;   ///< in ascending order of outputs
+    buffer<std::int32_t> rows;       ///< segments x kernel_size: center pixels of window rows, as in rows_of()
+    buffer<std::int32_t> irregular;  ///< outputs, ascending
+    buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
+
+    std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
+    std::size_t elements() const { return k() * k(); }
+};
+
+convolution_plan plan_of(plan_parts parts);
+plan_parts parts_of(convolution_plan plan);
+
+}  // namespace detail
+
+/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs. Plans are
+/// immutable, so their pixel and output indices stay valid.
+class convolution_plan {
+public:
+    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
+    /// kernel_size pixels centered at pixel `rows_of(s)[r] + stride * i`, where s is the index of the segment.
+    using segment = detail::plan_segment;
+
+    /// Makes a plan without inputs and outputs.
+    convolution_plan() = default;
+    convolution_plan(const convolution_plan&) = default;
+    convolution_plan& operator=(const convolution_plan& other) { return *this = convolution_plan(other); }
+    /// The moved-from plan is empty.
+    convolution_plan(convolution_plan&& other) noexcept : parts_(std::exchange(other.parts_, {})) {}
+    convolution_plan& operator=(convolution_plan&& other) noexcept {
+        parts_ = std::exchange(other.parts_, {});
+        return *this;
+    }
+
+    std::int32_t kernel_size() const { return parts_.kernel_size; }
+    std::int32_t stride() const { return parts_.stride; }
+    /// Number of pixels of the graph.
+    std::size_t input_count() const { return parts_.input_count; }
+    /// Number of pixels of the graph or, with stride 2, of the coarse graph.
+    std::size_t output_count() const { return parts_.output_count; }
+    /// Whether a convolution computes all outputs. Time is linear in the number of segments.
+    bool is_full() const {
+        std::size_t computed = parts_.irregular.size();
+        for (const segment& s : parts_.segments) computed += static_cast<std::size_t>(s.count);
+        return computed == output_count();
+    }
+    /// kernel_size() as std::size_t.
+    std::size_t k() const { return parts_.k(); }
+    /// Number of pixels per window.
+    std::size_t elements() const { return parts_.elements(); }
+
+    /// The segments, in ascending order of outputs.
+    array_view<const segment> segments() const& { return parts_.segments; }
+    array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
+    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
+    std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
+    std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
+    /// The irregular outputs, ascending.
+    array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
+    array_view<const std::int32_t> irregular() const&& = delete;
+    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
+    std::span<const std::int32_t> window_of(std::size_t i) const& {
+        return std::span(parts_.windows).subspan(i * elements(), elements());
+    }
+    std::span<const std::int32_t> window_of(std::size_t) const&& = delete;
+    /// The windows of all irregular outputs.
+    array_view<const std::int32_t> windows() const& { return parts_.windows; }
+    array_view<const std::int32_t> windows() const&& = delete;
+
+    /// Memory that the plan has allocated, in bytes.
+    std::size_t bytes() const {
+        return parts_.segments.capacity() * sizeof(segment) +
+               (parts_.rows.capacity() + parts_.irregular.capacity() + parts_.windows.capacity()) * sizeof(std::int32_t);
+    }
+
+private:
+    friend convolution_plan detail::plan_of(detail::plan_parts parts);
+    friend detail::plan_parts detail::parts_of(convolution_plan plan);
+
+    explicit convolution_plan(detail::plan_parts parts) : parts_(std::move(parts)) {}
+
+    detail::plan_parts parts_;
+};
+
+namespace detail {
+
+inline convolution_plan plan_of(plan_parts parts) { return convolution_plan(std::move(parts)); }
+inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_); }
+
+/// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
+inline const graph_view& checked(const graph_view& g) {
+    check_topology(g, "plan_convolution");
+    return g;
+}
+
+inline void check_kernel_size(std::int32_t kernel_size) {
+    if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0)
+        raise(error_code::invalid_option, "kernel_size", "an odd number from 1 to " + std::to_string(max_kernel_size),
+              std::to_string(kernel_size));
+}
+
+/// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
+/// share the kernels' tiles.
+inline constexpr std::int32_t min_segment = 4;
+
+inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::int32_t> rows, std::int32_t shift) {
+    plan.segments.push_back(s);
+    for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
+}
+
+inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
+    plan.irregular.push_back(output);
+    plan.windows.resize(plan.windows.size() + plan.elements());
+    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
+}
+
+inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
+    plan_parts plan;
+    plan.kernel_size = kernel_size;
+    plan.input_count = plan.output_count = g.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (count < min_segment) return false;
+        add_segment(plan, {first, count}, rows, 0);
+        return true;
+    });
+    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
+    return plan_of(std::move(plan));
+}
+
+inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const level_map& map, regular_pixels regular) {
+    const auto refuse = [&](const std::string& found) {
+        raise(error_code::mismatch, "plan_convolution", "the level_map that coarsen() returned for this graph", found);
+    };
+    const array_view<const std::int32_t> all_kept = map.kept(), parent = map.parent();
+    if (parent.size() != g.size())
+        refuse("the map of a graph of " + std::to_string(parent.size()) + " instead of " + std::to_string(g.size()) + " pixels");
+    if (map.width() != g.width() || map.height() != g.height()) refuse("the map of a graph on a lattice of another size");
+    plan_parts plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = all_kept.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (g.y()[first] % 2 != 0) return true;
+        const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
+        if (kept < min_segment) return false;
+        // The kept pixels of a run are consecutive in the coarse graph.
+        const std::int32_t output = parent[first + odd];
+        if (output < 0 || output > all_kept.count() - kept || all_kept[output] != first + odd ||
+            all_kept[output + kept - 1] != first + odd + 2 * (kept - 1))
+            refuse("the map of another graph");
+        add_segment(plan, {output, kept}, rows, odd);
+        return true;
+    });
+    for (std::int32_t o = 0; o < all_kept.count(); ++o)
+        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
+    return plan_of(std::move(plan));
+}
+
+}  // namespace detail
+
+/// Plans a convolution with stride 1. The pixels may have any order; the canonical order (core/canonical_order.hpp) is the
+/// fastest.
+///
+/// kernel_size  odd, 1 to max_kernel_size
+///
+/// Raises invalid_option for any other kernel size.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
+}
+
+/// Plans a convolution with stride 2. Outputs are the pixels of the coarse graph.
+///
+/// kernel_size  odd, 1 to max_kernel_size
+/// map          coarsened::map of the result of coarsen(g)
+///
+/// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
+/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
+}
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
+    detail::check_kernel_size(kernel_size);
+    return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
+}
+
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/feature_map.hpp
 // Feature maps: one layer's values at each pixel of a layered image (paper, section "Mapping the PConv Network to LDI").
@@ -11247,9 +11231,9 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     // Each block computes its irregular outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count() + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
-        convolution_block thread(job);
+        convolution_block worker(job);
         for (std::size_t b = first; b < last; ++b)
-            thread.run(static_cast<std::int32_t>(b * block),
+            worker.run(static_cast<std::int32_t>(b * block),
                        static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count())));
     });
 }
@@ -11405,6 +11389,7 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of convolution_layer.
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
@@ -11412,6 +11397,7 @@ struct convolution_options {
     isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
 
+/// A convolution with packed weights and an activation. Immutable, so that several threads can call it at the same time.
 class convolution_layer {
 public:
     /// Packs the weights.
@@ -11581,6 +11567,11 @@ inline four_floats select(const four_comparisons& holds, const four_floats& a, c
 }
 inline bool all_of(const four_comparisons& holds) { return holds.lane[0] && holds.lane[1] && holds.lane[2] && holds.lane[3]; }
 
+inline four_floats rounded_product(const four_floats& a, const four_floats& b) {
+    return {detail::rounded_product(a[0], b[0]), detail::rounded_product(a[1], b[1]), detail::rounded_product(a[2], b[2]),
+            detail::rounded_product(a[3], b[3])};
+}
+
 inline four_floats smaller(const four_floats& a, const four_floats& b) { return select(b < a, b, a); }
 inline four_floats larger(const four_floats& a, const four_floats& b) { return select(b < a, a, b); }
 
@@ -11623,6 +11614,7 @@ void convert_values(const basic_feature_map<From>& from, basic_feature_map<To>& 
     });
 }
 
+/// Raises invalid_option unless the scale is above 0 and below 2^120.
 inline void check_scale(const char* where, float scale) {
     if (!(scale > 0.0F && scale < 0x1p120F))
         raise(error_code::invalid_option, where, "a scale above 0 and below 2^120", to_text(scale));
@@ -11660,24 +11652,25 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
     const four_floats zero{}, limit = zero + 9.5F, size = larger(x, -x);
     const four_floats magnitude = select(size > limit, limit, size);  // tanh(9.5) rounds to 1; NaN stays
     const four_floats square = magnitude * magnitude, twice = magnitude + magnitude;
-    four_floats near_zero = -5.70498872745e-3F * square + 2.06390887954e-2F;
+    const auto product = [](four_floats a, four_floats b) noexcept { return rounded_product(a, b); };
+    four_floats near_zero = product(zero - 5.70498872745e-3F, square) + 2.06390887954e-2F;
     for (const float coefficient : {-5.37397155531e-2F, 1.33314422036e-1F, -3.33332819422e-1F})
-        near_zero = near_zero * square + coefficient;
-    near_zero = near_zero * square * magnitude + magnitude;
+        near_zero = product(near_zero, square) + coefficient;
+    near_zero = product(near_zero * square, magnitude) + magnitude;
 
     constexpr float round = 12582912.0F;  // 1.5 * 2^23: adding it puts the nearest integer into the lowest bits
-    const four_floats shifted = twice * 1.44269504089F + round, power = shifted - round;
-    const four_floats r = (twice - power * 0.693359375F) + power * 2.12194440e-4F;
-    four_floats exponential = 1.9875691500e-4F * r + 1.3981999507e-3F;
+    const four_floats shifted = product(twice, zero + 1.44269504089F) + round, power = shifted - round;
+    const four_floats r = (twice - product(power, zero + 0.693359375F)) + product(power, zero + 2.12194440e-4F);
+    four_floats exponential = product(zero + 1.9875691500e-4F, r) + 1.3981999507e-3F;
     for (const float coefficient : {8.3334519073e-3F, 4.1665795894e-2F, 1.6666665459e-1F, 5.0000001201e-1F})
-        exponential = exponential * r + coefficient;
-    exponential = exponential * (r * r) + r + 1.0F;
+        exponential = product(exponential, r) + coefficient;
+    exponential = product(exponential, r * r) + r + 1.0F;
     std::array<std::uint32_t, wide> bits;
     std::memcpy(bits.data(), &shifted, sizeof shifted);
     for (std::uint32_t& b : bits) b = (b + 127U) << 23;  // 2^power
     four_floats scale;
     std::memcpy(&scale, bits.data(), sizeof scale);
-    const four_floats beyond = 1.0F - 2.0F / (exponential * scale + 1.0F);
+    const four_floats beyond = 1.0F - 2.0F / (product(exponential, scale) + 1.0F);
     const four_floats result = select(magnitude < zero + 0.625F, near_zero, beyond);
     return select(x < zero, -result, select(x > zero, result, x));  // zeros keep their sign
 }
@@ -12196,6 +12189,108 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 
 }}  // namespace ldi
 
+// ---- ldi/nn/ldi/restrict_plan.hpp
+// Restricts the plan of a convolution to some of its outputs, so that the convolution computes only these, and lists the pixels
+// that a plan reads. Networks use both to compute, layer by layer, only what the wanted pixels need.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
+template <class Number>
+plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
+    plan_parts result;
+    result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
+    result.input_count = plan.input_count(), result.output_count = plan.output_count();
+    const array_view<const plan_segment> segments = plan.segments();
+    const array_view<const std::int32_t> all_irregular = plan.irregular();
+    const auto refuse = [](std::int32_t output) {
+        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
+    };
+    std::size_t s = 0, irregular = 0;
+    for (std::size_t i = 0; i < outputs.size();) {
+        const std::int32_t output = outputs[i];
+        if (i > 0 && outputs[i - 1] >= output) refuse(output);
+        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
+        if (s == segments.size() || segments[s].first > output) {
+            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
+            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
+            result.irregular.push_back(number(i));
+            const std::span<const std::int32_t> window = plan.window_of(irregular);
+            result.windows.append(window.begin(), window.end());
+            ++i;
+            continue;
+        }
+        const plan_segment from = segments[s];
+        std::size_t last = i + 1;
+        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
+        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
+        const std::span<const std::int32_t> rows = plan.rows_of(s);
+        if (count >= min_segment)
+            add_segment(result, {number(i), count}, rows, shift);
+        else
+            for (std::int32_t o = 0; o < count; ++o) {
+                result.irregular.push_back(number(i) + o);
+                for (const std::int32_t row : rows)
+                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
+                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
+            }
+        i = last;
+    }
+    return result;
+}
+
+}  // namespace detail
+
+/// Returns the plan restricted to some outputs.
+///
+/// outputs  ascending outputs of the plan; raises mismatch for others
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
+}
+
+/// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
+///
+/// outputs  as in restrict_to()
+inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    detail::plan_parts result =
+        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+    result.output_count = outputs.size();
+    return detail::plan_of(std::move(result));
+}
+
+/// Marks all pixels that the plan's outputs read.
+///
+/// marks  plan.input_count(); the function sets marks to 1 and clears none
+inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
+    LDI_ASSERT(marks.size() == plan.input_count());
+    for (std::size_t s = 0; s < plan.segments().size(); ++s)
+        for (const std::int32_t row : plan.rows_of(s)) {
+            std::uint8_t* const first = marks.data() + (row - plan.kernel_size() / 2);
+            const std::int32_t count = plan.stride() * (plan.segments()[s].count - 1) + plan.kernel_size();
+            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
+            if (plan.kernel_size() > 1 || plan.stride() == 1)
+                std::fill_n(first, count, std::uint8_t{1});
+            else
+                for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
+        }
+    for (const std::int32_t pixel : plan.windows())
+        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
+}
+
+/// Lists all pixels that the plan's outputs read, ascending.
+inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
+    buffer<std::uint8_t> marks(plan.input_count(), 0);
+    mark_needed_inputs(plan, marks);
+    buffer<std::int32_t> pixels;
+    for (std::int32_t i = 0; i < marks.count(); ++i)
+        if (marks[i] != 0) pixels.push_back(i);
+    return pixels;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/nn/weights.hpp
 // Looks up the weights of a network by name, and checks their types and shapes.
 
@@ -12287,6 +12382,7 @@ struct nearest_resize_description {
     std::size_t factor = 1;
 };
 
+/// An operator, and the quantization of its result.
 struct operator_description {
     std::string name;  ///< name of the result, for messages and observers
     quantization output;
@@ -12312,6 +12408,7 @@ struct network_description {
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
+inline constexpr std::int64_t max_depthwise_bias = (std::int64_t{1} << 30) - 1;  // limit of pack_depthwise_u8()
 
 /// Factor that converts sums in the accumulator's unit to the output's unit. The order of operations determines the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
@@ -12324,7 +12421,8 @@ struct checked_tensor {
     std::size_t channels;
 };
 
-inline void check_scale(const std::string& name, float scale) {
+/// Raises invalid_data unless the scale is a positive normal number.
+inline void check_tensor_scale(const std::string& name, float scale) {
     if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
         raise(error_code::invalid_data, name, "a positive scale", to_text(scale));
 }
@@ -12335,15 +12433,19 @@ inline const checked_tensor& checked_input(const std::string& name, const buffer
     return tensors[input];
 }
 
-/// Raises an error unless every output's sum fits in 32 bits in any order of summation, with the input's zero point folded into
-/// the bias.
+/// Raises unsupported for a depthwise bias that the kernels do not accept. Raises unsupported unless every output's sum fits in
+/// 32 bits in any order of summation, with the input's zero point folded into the bias.
 inline void check_accumulators(const std::string& name, const convolution_description& c) {
     const std::size_t inputs = c.weights.size() / c.bias.size();
     for (std::size_t o = 0; o < c.bias.size(); ++o) {
+        const std::int64_t bias = std::abs(std::int64_t{c.bias[o]});
+        if (c.depthwise && bias > max_depthwise_bias)
+            raise(error_code::unsupported, name, "depthwise biases between -2^30 and 2^30",
+                  std::to_string(c.bias[o]) + " in output " + std::to_string(o));
         std::int64_t sum = 0;
         for (std::size_t i = 0; i < inputs; ++i)
             sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
-        const std::int64_t max_sum = 510 * sum + std::abs(std::int64_t{c.bias[o]});
+        const std::int64_t max_sum = 510 * sum + bias;
         if (max_sum > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
                   "up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
@@ -12367,7 +12469,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
         raise(error_code::mismatch, place, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
-    check_scale(place + " weights", c.weight_quantization.scale);
+    check_tensor_scale(place + " weights", c.weight_quantization.scale);
     const float scale = requantization_scale(input.values, c.weight_quantization, output);
     if (!is_requantization_scale(scale))
         raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", to_text(scale));
@@ -12403,11 +12505,11 @@ inline void check_network(const network_description& network) {
     if (network.input_channels == 0 || network.input_channels > max_channels)
         raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
               std::to_string(network.input_channels));
-    check_scale(input, network.input.scale);
+    check_tensor_scale(input, network.input.scale);
     buffer<checked_tensor> tensors{{network.input, network.input_channels}};
     for (const operator_description& op : network.operators) {
         const std::string place = place_in(network.where, op.name);
-        check_scale(place, op.output.scale);
+        check_tensor_scale(place, op.output.scale);
         const std::size_t channels =
             std::visit([&](const auto& kind) { return check_operator(place, op.output, kind, tensors); }, op.kind);
         tensors.push_back({op.output, channels});
@@ -14766,6 +14868,35 @@ private:
 
 }}  // namespace ldi
 
+// ---- ldi/depth/detail/check_map.hpp
+// Checks of the shapes of depth maps, which the stages of depth/ share.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Raises mismatch unless the map has one channel or no rows or columns.
+///
+/// where  name of the stage
+inline void check_map(image_view<const float> map, const char* where) {
+    if (map.height() > 0 && map.width() > 0 && map.channels() != 1)
+        raise(error_code::mismatch, where, "a map H x W x 1", shape_text(map));
+}
+
+/// Raises too_large for a map with 2^31 pixels or more, whose pixels have no index in 32 bits.
+inline void check_pixel_count(image_view<const float> map, const char* where) {
+    constexpr std::size_t limit = (std::numeric_limits<std::int32_t>::max)();
+    if ((std::max)(map.height(), map.width()) > limit || (map.height() > 0 && map.width() > limit / map.height()))
+        raise(error_code::too_large, where, "fewer than 2^31 pixels", shape_text(map));
+}
+
+/// Raises mismatch unless the map is H x W x 1 and the photo H x W x 3.
+inline void check_map_and_photo(image_view<const float> map, image_view<const std::uint8_t> photo, const char* where) {
+    if (map.height() != photo.height() || map.width() != photo.width() || map.channels() != 1 || photo.channels() != 3)
+        raise(error_code::mismatch, where, "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
+              shape_text(map) + " and " + shape_text(photo));
+}
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/depth/detail/straightened_curve.hpp
 // The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
 // to the front. In the middle of the band, it is uncertain which surface a pixel belongs to; the pixels outside the middle have
@@ -15165,7 +15296,7 @@ inline buffer<traced_curve> long_curves(const image<float>& disparity, surface_r
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
-    curve_tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+    curve_tracer curves(width, height, {at, disparity.size()}, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
     curves.prune_spurs(min_length);
@@ -15178,10 +15309,8 @@ inline buffer<traced_curve> long_curves(const image<float>& disparity, surface_r
 
 inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
                             const alignment_options& options) {
-    if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
-        photo.channels() != 3)
-        raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
-              shape_text(disparity) + " and " + shape_text(photo));
+    check_map_and_photo(disparity, photo, "align_silhouettes");
+    check_pixel_count(disparity, "align_silhouettes");
     if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
         raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
               detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
@@ -15194,10 +15323,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch unless the images have these shapes, and invalid_option if the uncertainty is not in [0, 256] or the stiffness
-/// is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each
-/// pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, too_large for 2^31 pixels or more, and invalid_option if the uncertainty
+/// is not in [0, 256] or the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves
+/// times the uncertainty. Memory is 10 bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread
+/// needs 26 * uncertainty bytes for each pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -15333,9 +15462,10 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
-/// radius; 16 bytes per sample.
+/// Raises mismatch for another number of channels, and invalid_option if the radius is not in [0, 64], or max_depth not in
+/// [0, 1]. Time grows with samples times radius; 16 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
+    detail::check_map(disparity, "level_dips");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "level_options::radius", "0 to 64", std::to_string(options.radius));
     if (!(options.max_depth >= 0.0F && options.max_depth <= 1.0F))
@@ -15364,6 +15494,7 @@ inline image<float> level_dips(image_view<const float> disparity, const level_op
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of merge_middle_components().
 struct middle_component_options {
     /// Only components with fewer pixels than this are merged.
     std::int32_t min_size = 20;
@@ -15555,9 +15686,11 @@ private:
 /// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
 /// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
 /// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
-/// components. Up to 60 bytes per pixel.
+/// components. Up to 60 bytes per pixel. Raises mismatch for another number of channels, too_large for 2^31 pixels or more.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
+    detail::check_map(disparity, "merge_middle_components");
+    detail::check_pixel_count(disparity, "merge_middle_components");
     const detail::image_components components = detail::find_components(disparity, surface);
     const detail::small_components small_ones = detail::find_small_components(components, options.min_size);
     detail::component_merger merger(components, small_ones, disparity);
@@ -15618,7 +15751,8 @@ struct step_band {
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
 /// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
 /// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
-/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
+/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region. Raises mismatch for another number of
+/// channels, too_large for 2^31 pixels or more.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -15789,6 +15923,8 @@ private:
 }  // namespace detail
 
 inline step_band find_step_band(image_view<const float> disparity, const step_band_options& options) {
+    detail::check_map(disparity, "find_step_band");
+    detail::check_pixel_count(disparity, "find_step_band");
     return detail::step_band_finder(disparity, options).run();
 }
 
@@ -16079,10 +16215,14 @@ public:
     /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
     /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
     /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels,
-    /// whatever their disparities.
+    /// whatever their disparities. Raises mismatch if the images do not have the shapes that undecided_depth documents.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
+        detail::check_map_and_photo(depth.disparity, depth.photo, "network_decider");
+        if (depth.estimated.empty() || depth.estimated.channels() != 1)
+            raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with pixels",
+                  detail::shape_text(depth.estimated));
         const step_band band = find_step_band(depth.disparity, {.min_step = min_step});
         decided_depth result;
         result.shares = image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, std::uint8_t{0});
@@ -16148,6 +16288,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of normalize().
 struct normalize_options {
     /// Share of the pixels that is clamped at either end of the value range, from 0 to less than one half, so that a few outliers
     /// do not compress all other values. Tuned by experiment.
@@ -16170,6 +16311,7 @@ struct normalize_options {
     float max_depth_ratio = 50.0F;
 };
 
+/// A disparity map and its range of distances. normalize() makes it.
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
     depth_range range;       ///< distances at disparity 1 and 0; meters if the source is metric
@@ -16663,11 +16805,12 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 /// surface    rule by which neighboring samples belong to one surface
 ///
-/// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
-/// Memory is 40 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_option if the radius is below 0 or above 64. Time is proportional to
+/// the number of samples times the radius. Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
+    detail::check_map(disparity, "sharpen_edges");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "sharpen_options::radius", "0 to 64", std::to_string(options.radius));
     image<float> map(disparity);
@@ -16691,6 +16834,7 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of weighted_median().
 struct weighted_median_options {
     /// Standard deviation of the Gaussian weight over the disparity difference from the center.
     float sigma = 0.2F;
@@ -16888,11 +17032,13 @@ private:
 /// disparity  H x W x 1, finite
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
-/// its value if all weights are zero. Raises invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
+/// its value if all weights are zero. Raises mismatch for another number of channels, invalid_option if sigma is not above 0.
+/// Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
     using namespace detail::median;
+    detail::check_map(disparity, "weighted_median");
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", detail::to_text(options.sigma));
     const std::size_t rows = disparity.height(), columns = disparity.width();
@@ -16961,6 +17107,7 @@ enum class constrained_ends : std::uint8_t {
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
+/// Options of find_discontinuity_curves().
 struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
     /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. Here, a
@@ -17084,7 +17231,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();
-    curve_tracer tracer(g.width(), g.height(), disparity.data(), surface,
+    curve_tracer tracer(g.width(), g.height(), disparity, surface,
                         [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
     tracer.prune_spurs(options.min_length);
     const corner_map& corners = tracer.corners();
@@ -17278,9 +17425,7 @@ private:
             if (hidden_.left()[i] == no_pixel) hidden_starts[next[hidden_.y()[i]]++] = base_count_ + i;
 
         const auto before = [this](std::int32_t a, std::int32_t b) {
-            if (x(a) != x(b)) return x(a) < x(b);
-            if (disparity(a) != disparity(b)) return disparity(a) > disparity(b);
-            return a < b;
+            return run_precedes(x(a), a, x(b), b, [this](std::int32_t pixel) { return disparity(pixel); });
         };
         buffer<grown_piece> pieces;
         buffer<std::int32_t> starts;
@@ -17590,6 +17735,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of expand().
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
     /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
@@ -18237,8 +18383,7 @@ private:
     /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The first pixels of the
     /// runs have the disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
-        if (x != other_x) return x < other_x;
-        return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
+        return run_precedes(x, pixel, other_x, other, [this](std::int32_t border) { return disparity_[border]; });
     }
 
     /// Sets `lines` to the runs of row y, in the canonical order of the continued runs.
@@ -18661,6 +18806,7 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of add_grain().
 struct grain_options {
     /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo, 0 to 100; 0 disables
     /// grain. Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
@@ -18803,6 +18949,9 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
+/// Maximum reach of a silhouette_band: distances fit in 16 bits.
+inline constexpr int max_band_width = 32767;
+
 /// A pixel side that lies on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
@@ -18821,7 +18970,7 @@ public:
     };
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
-    /// reach  upper limit of distances, exclusive
+    /// reach  upper limit of distances, exclusive; at most max_band_width
     silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
@@ -19079,8 +19228,8 @@ struct mixed_color_options {
     /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
     /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
     int background_margin = 1;
-    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side; at least two pixels. Applies only
-    /// where the colors of the two surfaces differ. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side, 0 to 1; at least two pixels and
+    /// at most 32767. Applies only where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance between colors that count as different. Each channel is in [0, 255].
     float contrast = 40.0F;
@@ -19136,10 +19285,10 @@ inline int scaled_to_photo(int pixels, const graph_view& g) {
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Width in pixels of the band that is searched for mixed colors.
+/// Width in pixels of the band that is searched for mixed colors, at most max_band_width.
 inline int band_width(float reach, const graph_view& g) {
     const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
-    return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
+    return reach > 0 ? static_cast<int>(std::clamp(std::lround(pixels), 2L, long{max_band_width})) : 0;
 }
 
 /// Replaces mixed foreground colors with the foreground's own color, and marks mixed background colors as unknown.
@@ -19226,8 +19375,8 @@ private:
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 /// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty
 ///
-/// Raises invalid_option for an option outside its range. Time is linear except for sorting the pixels beside silhouettes; up to
-/// 150 bytes per pixel, if all lie beside silhouettes.
+/// Raises invalid_option for an option outside its range, mismatch for any other number of shares. Time is linear except for
+/// sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
                   std::span<const std::uint8_t> shares = {}) {
@@ -19237,6 +19386,9 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
         raise(error_code::invalid_option, "mixed_color_options", "margins of 0 or more, a reach of 0 to 1, a contrast above 0",
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
+    if (!shares.empty() && shares.size() != layers.size())
+        raise(error_code::mismatch, "unmix_colors", "no shares, or " + std::to_string(layers.size()),
+              std::to_string(shares.size()));
     const auto& g = layers.topology();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);
@@ -19660,6 +19812,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of add_texture().
 struct texture_options {
     /// Strength relative to the texture of the photo, 0 to 100; 0 leaves only grain.
     float strength = 1.0F;
@@ -19797,9 +19950,8 @@ struct rim_column {
 namespace detail {
 
 /// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
-/// 1. Returns 0 if `from` and `to` look alike.
-inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float min_contrast = mixed_color_options{}.contrast;
+/// 1. Returns 0 if `from` and `to` differ by less than `min_contrast`.
+inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to, float min_contrast) {
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
@@ -19815,8 +19967,9 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 /// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
+/// width   up to 32767; if it is 0 or less, no pixel is marked. Raises invalid_option for a larger width
 ///
-/// Linear time, for any width; up to 150 bytes per pixel, if all pixels lie within the width.
+/// Linear time, whatever the width; up to 150 bytes per pixel, if all pixels lie within the width.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -19824,6 +19977,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     const auto is_rim = layers.template column<rim_column>();
     std::fill(is_rim.begin(), is_rim.end(), std::uint8_t{0});
     if (width <= 0) return rims;
+    if (width > detail::max_band_width)
+        raise(error_code::invalid_option, "mark_uncertain_rims", "a width of at most " + std::to_string(detail::max_band_width),
+              std::to_string(width));
     const graph& g = layers.topology();
     const auto known = layers.template column<known_column>();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), width);
@@ -19854,11 +20010,14 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
 /// experiment.)
 ///
-/// layers  on the photo's lattice
-/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
-///         that rim_column marks
+/// layers    on the photo's lattice
+/// rims      result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
+///           that rim_column marks
+/// contrast  mixed_color_options::contrast; raises invalid_option unless it is above 0. A pixel is restored if the foreground's
+///           color differs by less from the inpainted color
 template <has_columns<color_column, known_column, rim_column> Layers>
-void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
+void restore_rims(Layers& layers, std::span<const uncertain_rim> rims, float contrast = mixed_color_options{}.contrast) {
+    if (!(contrast > 0)) raise(error_code::invalid_option, "restore_rims", "a contrast above 0", detail::to_text(contrast));
     struct rim_pixel {
         std::int32_t pixel;
         const uncertain_rim* rim;
@@ -19875,7 +20034,8 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     });
     for (const auto& [pixel, rim] : marked) {
         std::uint8_t* const color = layers.template at<color_column>(pixel).data();
-        if (rim->is_distinguishable && detail::share_of_way(rim->color.data(), color, rim->foreground.data()) > 0.125F) continue;
+        if (rim->is_distinguishable && detail::share_of_way(rim->color.data(), color, rim->foreground.data(), contrast) > 0.125F)
+            continue;
         layers.template column<known_column>()[pixel] = 1;
         std::copy_n(rim->color.data(), 3, color);
     }
@@ -20284,6 +20444,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of make_charts().
 struct chart_options {
     /// Maximum width and height of a bounding box, in pixels; 16 to max_chart_box. The photo's width and height are divided
     /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. In a test with ten photos of
@@ -20294,20 +20455,22 @@ struct chart_options {
     /// surface.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
-    /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary.
+    /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary; charts
+    /// of that size may exceed any limit.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite. Time is linear. If the
-/// boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the default
-/// max_side. Memory is up to 25 bytes per pixel and 120 per chart.
+/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if an invariant of
+/// a view's graph does not hold. Time is linear. If the boxes exceed max_area, charts are grown again with a smaller limit:
+/// usually once, and at most five times with the default max_side. Memory is up to 25 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
         raise(error_code::invalid_option, "max_side", "16 to " + std::to_string(max_chart_box), std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
+    check_topology(layers.topology(), "make_charts");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
     constexpr std::int32_t min_side = 64;
@@ -20330,11 +20493,13 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Size of a rectangle, in the unit of the caller.
 struct rectangle_size {
     std::int32_t width = 0, height = 0;
     friend bool operator==(const rectangle_size&, const rectangle_size&) = default;
 };
 
+/// Position of a rectangle on its sheet.
 struct rectangle_corner {
     std::int32_t x = 0, y = 0;  ///< top left corner
 };
@@ -20555,9 +20720,10 @@ struct atlas_rectangle {
 
 inline constexpr std::int32_t max_filter_padding = 1024;
 
+/// Options of chart_padder: the texels around a chart that continue its colors.
 struct padding_options {
     std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
-    int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
+    int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp), 0 or more
 };
 
 /// Draws and pads charts one by one, and reuses its memory. One object serves one thread; several objects may draw charts at the
@@ -20756,12 +20922,15 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of make_atlas().
 struct atlas_options {
     padding_options padding;
-    /// Maximum width and height of the atlas in texels. Every GPU of the last ten years supports the default.
+    /// Maximum width and height of the atlas in texels, at least 16; rounded down to a multiple of 16. Every GPU of the last ten
+    /// years supports the default.
     std::int32_t max_side = 8192;
 };
 
+/// The texture of a mesh, and the position of each chart in it. make_atlas() makes it.
 struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
@@ -20779,7 +20948,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const auto& g = layers.topology();
     const auto disparity = layers.template column<disparity_column>();
     const auto known = layers.template column<known_column>();
-    buffer<float> front(g.position_count(), 0.0F);
+    buffer<float> front(g.position_count(), -std::numeric_limits<float>::infinity());
     for (std::int32_t i = 0; i < g.count(); ++i) {
         float& nearest = front[g.position_of(i)];
         nearest = (std::max)(nearest, disparity[i]);
@@ -20794,10 +20963,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch
-/// for charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels,
-/// except for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up
-/// to 32 bytes per pixel and per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for an option outside its range; and mismatch
+/// if an invariant of a view's graph does not hold, for charts that do not belong to `layers`, or that have two pixels at one
+/// position. Time is linear in pixels and texels, except for packing, whose time is proportional to the number of charts times
+/// the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -20805,6 +20974,12 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     if (padding < 1 || padding > max_filter_padding)
         raise(error_code::invalid_option, "filter_padding", "1 to " + std::to_string(max_filter_padding),
               std::to_string(padding));
+    if (options.padding.diffusion_rounds < 0)
+        raise(error_code::invalid_option, "diffusion_rounds", "0 or more", std::to_string(options.padding.diffusion_rounds));
+    if (options.max_side < macroblock_side)
+        raise(error_code::invalid_option, "atlas_options::max_side", "at least " + std::to_string(macroblock_side),
+              std::to_string(options.max_side));
+    check_topology(layers.topology(), "make_atlas");
     check_charts(charts, layers.topology(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) {
@@ -20856,6 +21031,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of lay_out_sheets() and max_chart_side().
 struct sheet_options {
     /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support 4096.
     std::int32_t max_side = 4096;
@@ -20900,6 +21076,7 @@ struct sheet_placement {
     std::int32_t photo_x = 0, photo_y = 0;  ///< photo pixel at the room's top left texel; may lie outside the photo
 };
 
+/// The sheets of a mesh, and the place of each chart on them. lay_out_sheets() makes it.
 struct sheet_layout {
     sheet_scale across, down;
     std::int32_t padding = 0;
@@ -21195,6 +21372,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
+    check_charts(charts, g, "lay_out_sheets");
     if (options.margin < 0 || 2 * std::int64_t{options.margin} >= (std::min)(g.width(), g.height()))
         raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
               std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
@@ -21304,7 +21482,10 @@ inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { r
 
 /// Returns one byte per pixel: bit s is set if side s of the pixel has no neighbor in the same chart.
 ///
-/// g  in canonical order
+/// g         invariants hold
+/// chart_of  one chart per pixel
+///
+/// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order.
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();
@@ -21503,7 +21684,10 @@ struct chart_outlines {
 /// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
 ///
-/// Raises mismatch if the pixels are not in canonical order, or if the arguments don't fit together.
+/// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order, or if the arguments don't fit
+/// together.
+chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
@@ -21717,21 +21901,30 @@ private:
     buffer<outline_corner> forward_, backward_;
 };
 
-}  // namespace detail
-
-inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
+/// trace_outlines() for a graph whose invariants hold.
+inline chart_outlines outlines_of_sound(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
     if (disparity.size() != g.size())
         raise(error_code::mismatch, "trace_outlines", std::to_string(g.size()) + " disparities",
               std::to_string(disparity.size()));
     check_charts(charts, g, "trace_outlines");
     chart_outlines result;
-    result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
-    result.boundary_pixels = detail::pixels_with_boundary(result.boundary_sides);
-    detail::outline_tracer tracer(g, disparity, charts, result);
+    result.boundary_sides = mark_boundary_sides(g, charts.chart_of);
+    result.boundary_pixels = pixels_with_boundary(result.boundary_sides);
+    outline_tracer tracer(g, disparity, charts, result);
     tracer.trace_pieces();
     tracer.unite_junctions();
     tracer.assemble_loops(charts.charts.size());
     return result;
+}
+
+}  // namespace detail
+
+inline chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts) {
+    return detail::outlines_of_sound(g, disparity, charts);
+}
+inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
+    check_topology(g, "trace_outlines");
+    return detail::outlines_of_sound(g, disparity, charts);
 }
 
 }}  // namespace ldi
@@ -21766,6 +21959,7 @@ inline plane_vector outward_normal(const outline_corner& from, const outline_cor
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// A corner between pixels: the vertex of a polygon.
 struct lattice_point {
     std::int32_t x, y;  ///< within +-2^16
 
@@ -21832,13 +22026,15 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of simplified_boundary.
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
+    /// Maximum distance of a corner from the simplified boundary, in pixels, at least 0. With 0, only corners on straight lines
+    /// are dropped.
     float tolerance = 1.0F;
-    /// Maximum difference in disparity between a corner and the simplified boundary, so that a boundary bends where its surface
-    /// bends.
+    /// Maximum difference in disparity between a corner and the simplified boundary, at least 0, so that a boundary bends where
+    /// its surface bends.
     float disparity_tolerance = 0.01F;
-    /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
+    /// Maximum shift of the texture along an edge when it is drawn, in pixels, above 0 (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
@@ -21882,7 +22078,9 @@ public:
 
     /// Splits edges, all at once, at corners that they skip.
     ///
-    /// splits  sorted, without duplicates
+    /// splits  sorted, without duplicates, at corners within left_out() of their edges
+    ///
+    /// Raises mismatch for any other splits; the boundary then remains unchanged.
     void split(std::span<const boundary_split> splits);
 
     /// Whether the last split created an edge.
@@ -21899,6 +22097,9 @@ private:
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
+    /// Whether the boundary has this edge, and the edge skips this corner.
+    bool can_split(const boundary_split& s) const;
+
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
     /// Per element of kept_: whether the latest split of its piece created the edge that starts there.
@@ -22002,7 +22203,19 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     return farthest;
 }
 
+inline bool simplified_boundary::can_split(const boundary_split& s) const {
+    const auto [piece, index] = s.edge;
+    if (piece < 0 || piece >= stretches_.count() || index < 0 || index + 1 >= stretches_[piece].count) return false;
+    const auto [first, last] = left_out(s.edge);
+    return s.corner >= first && s.corner < last;
+}
+
 inline void simplified_boundary::split(std::span<const boundary_split> splits) {
+    for (std::size_t s = 0; s < splits.size(); ++s)
+        if (!can_split(splits[s]) || (s > 0 && !(splits[s - 1] < splits[s])))
+            raise(error_code::mismatch, "simplified_boundary", "ascending splits at corners that the edges skip",
+                  "a split of edge " + std::to_string(splits[s].edge.index) + " of piece " +
+                      std::to_string(splits[s].edge.piece) + " at corner " + std::to_string(splits[s].corner));
     ++splits_;
     for (std::size_t s = 0; s < splits.size();) {
         const std::int32_t piece = splits[s].edge.piece;
@@ -22027,16 +22240,17 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of make_studs().
 struct stud_options {
     /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. A smaller distance or
     /// tolerance means more triangles and a smaller error; both were tuned by experiment.
     std::int32_t spacing = 24;
-    /// Maximum error of disparity interpolated between two vertices along a stud or row.
+    /// Maximum error of disparity interpolated between two vertices along a stud or row, at least 0.
     float disparity_tolerance = 0.006F;
-    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; at most 64.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; 1 to 64.
     /// It must be larger than the tolerance of outlines, so that studs keep clear of simplified outlines.
     std::int32_t clearance = 4;
-    /// Maximum shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted
+    /// Maximum shift of the texture over a triangle when it is drawn, in pixels, above 0 (depth_range::texture_shift). On slanted
     /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.
     float texture_tolerance = 0.5F;
 };
@@ -22766,6 +22980,7 @@ struct soft_edge_options {
     float max_share = 0.08F;
 };
 
+/// Options of build_mesh() and build_flat_mesh().
 struct mesh_options {
     simplify_options outlines;
     stud_options studs;
@@ -23181,9 +23396,9 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option; mismatch if the charts are not a partition of the pixels, if the pixels are not in canonical order or
-/// if a chart has two pixels at one position; invalid_data for disparities that are not finite; and too_large for a bounding box
-/// above max_chart_box.
+/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if the charts are not a partition of the
+/// pixels, if a right neighbor is not the next pixel, as it is in canonical order, or if a chart has two pixels at one position;
+/// invalid_data for disparities that are not finite; and too_large for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -23389,11 +23604,12 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
             raise(error_code::too_large, "build_mesh",
                   "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
                   std::to_string(c.width) + " x " + std::to_string(c.height));
+    check_topology(layers.topology(), "build_mesh");
     const array_view<const float> disparity = layers.template column<disparity_column>();
     detail::check_range(range, "depth_range");
     detail::check_disparities(disparity, "build_mesh");
     flat_mesh flat;
-    flat.outlines = trace_outlines(layers.topology(), disparity, charts);
+    flat.outlines = detail::outlines_of_sound(layers.topology(), disparity, charts);
     flat.studs = detail::place_studs(layers.topology(), disparity, range, charts, flat.outlines, options.studs);
     flat.charts.resize(charts.charts.size());
     simplified_boundary boundary(flat.outlines, options.outlines, range);
@@ -24153,8 +24369,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option; mismatch if inputs don't fit together, or if there are charts and the atlas has no pixels; invalid_data
-/// for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if inputs don't fit together, or if there are
+/// charts and the atlas has no pixels; invalid_data for disparities that are not finite; and too_large for a chart with a
+/// bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
@@ -24239,11 +24456,13 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels outside the layers, or if a vertex does not project to a corner of its pixel,
-/// because it was moved or belongs to another camera; and invalid_data for hems outside the mesh. Time is linear.
+/// Raises mismatch if an invariant of a view's graph does not hold, if the mesh refers to pixels outside the layers, or if a
+/// vertex does not project to a corner of its pixel, because it was moved or belongs to another camera; and invalid_data for hems
+/// outside the mesh. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
+    check_topology(layers.topology(), "gather");
     const graph_view g = layers.topology();
     const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // its width and height include photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())
@@ -24408,12 +24627,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// charts    a partition of the pixels (make_charts)
 /// outlines  outlines of these charts (trace_outlines)
 ///
-/// Raises invalid_option, mismatch if the arguments don't fit together, and invalid_data for disparities that are not finite.
+/// Raises invalid_option, mismatch if an invariant of a view's graph does not hold or the arguments don't fit together, and
+/// invalid_data for disparities that are not finite.
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {}) {
     const graph_view g = layers.topology();
     const array_view<const float> disparity = layers.template column<disparity_column>();
+    check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
     detail::check_range(range, "make_studs");
     detail::check_disparities(disparity, "make_studs");
@@ -24536,6 +24757,7 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// The predefined paths of view_on_path().
 enum class camera_path : std::uint8_t {
     circle,      ///< around the photo's viewpoint, parallel to its image plane, clockwise from the right; ends where it starts
     swing,       ///< from the photo's viewpoint to the right, to the left and back
@@ -24575,13 +24797,15 @@ struct key_frame {
     float time = 0;                          ///< must increase from each key frame to the next
     std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space (core/camera.hpp)
     std::array<float, 3> target{0, 0, -1};   ///< point that the camera looks at
-    float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0
+    float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0, finite
 };
 
 /// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the slope
 /// of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the camera rests.
-/// Raises invalid_option if there is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside
-/// the motion budget; callers clamp it with within_motion().
+/// Raises invalid_option if there is no key frame, times do not increase, a zoom is not above 0, a number is not finite, or the
+/// camera would look straight up or down at `time`, or at its own position. Positions and targets are interpolated separately, so
+/// this may happen between key frames that look elsewhere. The result may lie outside the motion budget; callers clamp it with
+/// within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// Computes a frame that hides the outer edge of the photo's surfaces: the largest centered part of the picture, with the same
@@ -24621,6 +24845,10 @@ inline float reach_within_motion(const std::array<float, 3>& direction, const pi
     const auto [x, y, z] =
         within_motion({max_reach * direction[0], max_reach * direction[1], max_reach * direction[2]}, camera, range, motion);
     return vector_length(vector_length(x, y), z);
+}
+
+inline std::string point_text(const std::array<float, 3>& p) {
+    return "(" + to_text(p[0]) + ", " + to_text(p[1]) + ", " + to_text(p[2]) + ")";
 }
 
 /// Evaluates at `t` the cubic Hermite curve over [0, 1] with the given end values and slopes.
@@ -24687,7 +24915,8 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
 inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
     if (keys.empty()) raise(error_code::invalid_option, "key frames", "at least one", "none");
     for (std::size_t i = 0; i < keys.size(); ++i) {
-        if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
+        if (!(keys[i].zoom > 0) || !std::isfinite(keys[i].zoom))
+            raise(error_code::invalid_option, "key frame", "a finite zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
             raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
@@ -24709,6 +24938,12 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
         position[c] = interpolated([c](const key_frame& k) { return k.position[c]; });
         target[c] = interpolated([c](const key_frame& k) { return k.target[c]; });
     }
+    const auto is_finite = [](const std::array<float, 3>& p) {
+        return std::all_of(p.begin(), p.end(), [](float value) { return std::isfinite(value); });
+    };
+    if (!is_finite(position) || !is_finite(target) || (position[0] == target[0] && position[2] == target[2]))
+        raise(error_code::invalid_option, "key frames", "a camera that never looks straight up or down",
+              detail::point_text(position) + " looking at " + detail::point_text(target) + " at time " + detail::to_text(time));
     view result = look_at(camera, position, target);
     result.camera.focal_length *= std::exp(interpolated([](const key_frame& k) { return std::log(k.zoom); }));
     return result;
@@ -24984,6 +25219,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of rasterize().
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
     float z_near = 0.01F;                             ///< above 0; surfaces nearer than this depth are clipped
@@ -24992,6 +25228,7 @@ struct raster_options {
     image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
 };
 
+/// A drawn mesh. rasterize() makes it.
 struct rendering {
     image<std::uint8_t> color;     ///< H x W x 3: mean over the pixel's samples
     image<float> depth;            ///< H x W x 1: depth of the nearest sample along the view's axis; infinity in holes
@@ -25261,7 +25498,8 @@ inline bool has_gaps(const rendering& seen) {
 /// Returns the picture, H x W x 3, with a new color for every incompletely covered pixel. The result can be used as
 /// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the farther
 /// half of its outline. A gap at the picture's edge lies beyond the photo's border, where near surfaces continue as well, and
-/// uses all of its outline. A rendering without a covered pixel becomes black.
+/// uses all of its outline. A rendering without a covered pixel becomes black. Raises mismatch unless the three images have the
+/// shapes that `rendering` documents.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -25366,6 +25604,14 @@ private:
 }  // namespace detail
 
 inline image<std::uint8_t> gap_colors(rendering seen) {
+    const auto is_sound = [&](const auto& picture, std::size_t channels) {
+        return picture.height() == seen.color.height() && picture.width() == seen.color.width() &&
+               (picture.height() == 0 || picture.width() == 0 || picture.channels() == channels);
+    };
+    if (!is_sound(seen.color, 3) || !is_sound(seen.depth, 1) || !is_sound(seen.coverage, 1))
+        raise(
+            error_code::mismatch, "gap_colors", "color H x W x 3, depth and coverage H x W x 1",
+            detail::shape_text(seen.color) + ", " + detail::shape_text(seen.depth) + " and " + detail::shape_text(seen.coverage));
     detail::gap_filler(seen).fill();
     return std::move(seen.color);
 }
@@ -27220,6 +27466,7 @@ struct vertex_attribute {
     buffer<float> values;      ///< V x channels, finite
 };
 
+/// Options of encode_glb(): what a file has beside the mesh.
 struct glb_options {
     /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
     /// absent, the file has no camera.
@@ -27601,13 +27848,19 @@ struct photo3d_options {
     progress_listener progress;
 };
 
-/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
+/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels; at least 1.
+///
+/// length  0 to longer
+/// longer  the photo's longer side, at least 1
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
+    LDI_ASSERT(longer > 0);
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size].
+/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size]; 1 for an empty map, as for a
+/// map at the photo's resolution.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
+    if (estimated.empty()) return 1.0F;
     return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
                       options.max_sample_size);
 }
@@ -27732,9 +27985,11 @@ struct given_disparity {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Shrinks the photo to a long side of at most `long_side` pixels.
+/// Shrinks the photo to a long side of at most `long_side` pixels. Raises invalid_data for a photo without pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
+    if (photo.empty())
+        raise(error_code::invalid_data, "shrink_photo", "a photo with at least one pixel", detail::shape_text(photo));
     const std::size_t longer = (std::max)(photo.height(), photo.width());
     return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
                        threads);
@@ -27899,8 +28154,9 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. Raises the same errors for options as
-/// clean_depth(), and mismatch if an image of `own` has no pixel or the wrong number of channels.
+/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. If `photo.estimated` is empty, lengths in
+/// `options` apply as they do to depth at the photo's resolution. Raises the same errors for options as clean_depth(), and
+/// mismatch if an image of `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -28011,7 +28267,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
                     const photo3d_options& options = {}, Executor&& threads = {}) {
     inpainter.inpaint(layers, options.progress, threads);
     add_texture(layers, options.texture, options.grain);
-    restore_rims(layers, rims);
+    restore_rims(layers, rims, options.mixed_colors.contrast);
 }
 
 /// Makes a 3D photo from a photo with cleaned depth: runs the stages after clean_depth().

@@ -1,3 +1,4 @@
+#include <ldi/base/four_floats.hpp>
 #include <ldi/base/numbers.hpp>
 
 #include <catch2/catch.hpp>
@@ -43,6 +44,22 @@ TEST_CASE("fused_multiply_add() rounds once, even if rounding to double first wo
     CHECK(fused_multiply_add(0x1.8p-75F, 0x1p-75F, 0.0F) == std::numeric_limits<float>::denorm_min());
     CHECK(std::isnan(fused_multiply_add(std::numeric_limits<float>::infinity(), 0.0F, 1.0F)));
     CHECK(std::isinf(fused_multiply_add(std::numeric_limits<float>::infinity(), 1.0F, 1.0F)));
+}
+
+TEST_CASE("a rounded product is not fused with a sum") {
+    std::mt19937 random(6);
+    int different = 0, different_doubles = 0;
+    for (int i = 0; i < 10000; ++i) {
+        const float a = nearest_float(1 + (random() & 0xFFFFFFU)), b = nearest_float(1 + (random() & 0xFFFFFFU));
+        const volatile float product = a * b;
+        different += rounded_product(a, b) - product != 0.0F;
+        different += rounded_product(lanes::four_floats{} + a, lanes::four_floats{} + b)[3] - product != 0.0F;
+        const double c = 1.0 / double{a}, d = 1.0 / double{b};
+        const volatile double double_product = c * d;
+        different_doubles += rounded_product(c, d) - double_product != 0.0;
+    }
+    CHECK(different == 0);
+    CHECK(different_doubles == 0);
 }
 
 // glibc's functions are the reference: std::fma is exact, and the others return the float nearest to their result in double.

@@ -8,6 +8,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <limits>
+
 using namespace ldi;
 using ldi::testing::random_layers;
 
@@ -151,4 +153,21 @@ TEST_CASE("canonical_order() refuses a broken view, and a wrong number of dispar
     CHECK(testing::raised([&] { canonical_order(g, few); }) == error_code::mismatch);
     CHECK(testing::raised([&] { canonical_order(graph_view(g), few); }) == error_code::mismatch);
     CHECK(canonical_order(g) == canonical_order(graph_view(g)));
+}
+
+TEST_CASE("canonical_order() and validate_canonical() refuse NaN, and accept infinite disparities") {
+    testing::sketched_graph g(1, 1);
+    for (int i = 0; i < 40; ++i) g.add_pixel(0, 0);
+    const float infinite = std::numeric_limits<float>::infinity();
+    buffer<float> disparity(40, 0.5F);
+    disparity[0] = -infinite, disparity[39] = infinite;
+    const buffer<std::int32_t> order = canonical_order(graph_view(g), disparity);
+    CHECK((order.front() == 39 && order.back() == 0));
+    CHECK(validate_canonical(g, disparity)->broken == invariant::canonical_order);
+    for (const std::size_t place : {0U, 7U, 39U}) {
+        buffer<float> broken = disparity;
+        broken[place] = std::numeric_limits<float>::quiet_NaN();
+        CHECK(testing::raised([&] { canonical_order(graph_view(g), broken); }) == error_code::invalid_data);
+        CHECK(testing::raised([&] { validate_canonical(g, broken); }) == error_code::invalid_data);
+    }
 }

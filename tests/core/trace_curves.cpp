@@ -33,7 +33,7 @@ struct digit_map {
         return !surface_rule().same_surface(at(pixel), at(pixel + step_x(s) + step_y(s) * width));
     }
     curve_tracer tracer() const {
-        return {width, height, disparity.data(), surface_rule(), [this](std::int32_t pixel, side s) { return is_cut(pixel, s); }};
+        return {width, height, disparity, surface_rule(), [this](std::int32_t pixel, side s) { return is_cut(pixel, s); }};
     }
 };
 
@@ -55,7 +55,7 @@ std::vector<int> lengths_in(const std::vector<std::string_view>& lines) { return
 /// of this cut, or from the point `gap` pixels to the left of it.
 curve_tracer branched_cut(std::int32_t branch, std::int32_t gap = 0) {
     static const std::vector<float> flat(400, 0.5F);
-    return {20, 20, flat.data(), surface_rule(), [&](std::int32_t pixel, side s) {
+    return {20, 20, flat, surface_rule(), [&](std::int32_t pixel, side s) {
                 const std::int32_t x = pixel % 20, y = pixel / 20;
                 return s == side::right ? x == 9 : y == 9 && x < 10 - gap && x >= 10 - gap - branch;
             }};
@@ -152,4 +152,17 @@ TEST_CASE("a lattice with 2^31 corners or more is refused before memory is alloc
     for (const auto& size : {std::pair{46340, 46340}, {2147483647, 0}, {0, 2147483647}, {2147483647, 2147483647}})
         CHECK(testing::raised([&] { corner_map(size.first, size.second); }) == error_code::too_large);
     CHECK_FALSE(testing::raised([] { corner_map(1000, 0); }));
+}
+
+TEST_CASE("a lattice with a negative size, and a wrong number of disparities, are refused") {
+    for (const auto& size : {std::pair{-1, 5}, {5, -1}, {-1, -1}, {-2147483647 - 1, 1}})
+        CHECK(testing::raised([&] { corner_map(size.first, size.second); }) == error_code::invalid_option);
+    const auto trace = [](std::int32_t width, std::int32_t height, std::size_t count) {
+        const std::vector<float> disparity(count);
+        return testing::raised([&] { curve_tracer(width, height, disparity, {}, [](std::int32_t, side) { return false; }); });
+    };
+    CHECK_FALSE(trace(4, 3, 12));
+    CHECK_FALSE(trace(0, 3, 0));
+    for (const std::size_t count : {0U, 11U, 13U}) CHECK(trace(4, 3, count) == error_code::mismatch);
+    CHECK(trace(-1, -12, 12) == error_code::invalid_option);
 }

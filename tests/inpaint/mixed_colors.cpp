@@ -1,6 +1,7 @@
 #include <ldi/inpaint/mixed_colors.hpp>
 
 #include "tests/support/counted_memory.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/lifted_scene.hpp"
 
 #include <catch2/catch.hpp>
@@ -226,6 +227,18 @@ TEST_CASE("negative margins and other options outside their range are refused") 
          {ldi::mixed_color_options{.foreground_margin = -1}, ldi::mixed_color_options{.background_margin = -1},
           ldi::mixed_color_options{.reach = 2.0F}, ldi::mixed_color_options{.contrast = 0.0F}})
         CHECK_THROWS_AS(ldi::unmix_colors(layers, options), ldi::error);
+}
+
+TEST_CASE("a number of shares that is neither 0 nor the number of pixels is refused") {
+    ldi::image<float> map(20, 40);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) map(y, x) = x < 20 ? 0.2F : 0.8F;
+    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
+    for (const std::size_t count : {std::size_t{1}, layers.size() / 4, layers.size() - 1, layers.size() + 1}) {
+        const ldi::buffer<std::uint8_t> shares(count, 128);
+        CHECK(ldi::testing::raised([&] { ldi::unmix_colors(layers, {}, shares); }) == ldi::error_code::mismatch);
+    }
+    CHECK_NOTHROW(ldi::unmix_colors(layers, {}, ldi::buffer<std::uint8_t>(layers.size(), 128)));
 }
 
 TEST_CASE("exactly the margins on both sides of a silhouette become unknown") {

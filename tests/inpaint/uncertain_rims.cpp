@@ -1,10 +1,12 @@
 #include <ldi/inpaint/uncertain_rims.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/lifted_scene.hpp"
 
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <random>
@@ -116,6 +118,32 @@ TEST_CASE("rim pixels with the foreground's color are restored only if the color
             REQUIRE(layer.at<ldi::color_column>(i)[0] == (is_fuzz ? 100 : before.at<ldi::color_column>(i)[0]));
         }
     }
+}
+
+TEST_CASE("a larger contrast restores the rims of surfaces that differ by less, and a contrast that is not above 0 is refused") {
+    for (const auto& [contrast, is_fuzz] : {std::pair{40.0F, true}, {200.0F, true}, {300.0F, false}}) {
+        CAPTURE(contrast);
+        layer_with_rims layer = fuzzy_scene(2);
+        const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 4);
+        paint_unknown(layer, 20, 200);
+        ldi::restore_rims(layer, rims, contrast);
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+            if (const std::int32_t x = layer.topology().x()[i]; x == 18 || x == 19)
+                REQUIRE(layer.column<ldi::known_column>()[i] == (is_fuzz ? 0 : 1));
+    }
+    layer_with_rims layer = fuzzy_scene(2);
+    for (const float contrast : {0.0F, -1.0F, std::nanf("")})
+        CHECK(ldi::testing::raised([&] { ldi::restore_rims(layer, {}, contrast); }) == ldi::error_code::invalid_option);
+}
+
+TEST_CASE("rims may be up to 32767 pixels wide, and the search for mixed colors ends there") {
+    ldi::image<float> map(1, 40000, 1);
+    for (std::size_t x = 0; x < 40000; ++x) map(0, x) = x < 39000 ? 0.2F : 0.8F;
+    layer_with_rims layer =
+        ldi::testing::lift_disparity(map).with<ldi::rim_column>(ldi::buffer<std::uint8_t>(40000, std::uint8_t{0}));
+    CHECK_NOTHROW(ldi::unmix_colors(layer, {.foreground_margin = 0, .background_margin = 0, .reach = 1.0F}));
+    CHECK(ldi::mark_uncertain_rims(layer, 32767).size() == 32767);
+    CHECK(ldi::testing::raised([&] { ldi::mark_uncertain_rims(layer, 32768); }) == ldi::error_code::invalid_option);
 }
 
 TEST_CASE("a rim is restored only if it contains less than an eighth of the foreground's color") {

@@ -170,6 +170,8 @@ TEST_CASE("an invalid operator table is refused, and the error names the tensor 
                Contains("tiefenrausch_weights.safetensors, full"));
     CHECK_THAT(depth_complaint([](named_tensors& f) { values<float>(f, "scales")[0] = 0; }),
                Contains("tiefenrausch_weights.safetensors, input"));
+    CHECK_THAT(depth_complaint([](named_tensors& f) { values<std::int32_t>(f, "2.bias")[0] = 1 << 30; }),
+               Contains("tiefenrausch_weights.safetensors, down1.depthwise") && Contains("1073741824 in output 0"));
 }
 
 TEST_CASE("the published network loads from its folder, and the error for a missing folder names it") {

@@ -1,6 +1,12 @@
 #include <ldi/mesh/build_mesh.hpp>
 
+#include "tests/core/broken_view.hpp"
 #include "tests/support/errors.hpp"
+
+#include <ldi/charts/charts.hpp>
+#include <ldi/core/layered_view.hpp>
+#include <ldi/mesh/gather.hpp>
+#include <ldi/mesh/studs.hpp>
 
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
@@ -12,6 +18,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <string>
 
 namespace {
 
@@ -229,5 +236,32 @@ TEST_CASE("a chart whose bounding box has a side above 8192 is refused") {
         const std::optional<ldi::error_code> code = ldi::testing::raised([&] { mesh_of(c, {{0, 0}}, small_options()); });
         CHECK(code == (width > 8192 ? std::optional(ldi::error_code::too_large) : std::nullopt));
     }
+}
+
+TEST_CASE("stages from charts to the mesh refuse a broken view") {
+    const ldi::graph sound = ldi::make_grid(8, 8);
+    const ldi::buffer<std::uint8_t> color(3 * sound.size(), 100), known(sound.size(), 1);
+    const ldi::buffer<float> disparity(sound.size(), 0.5F);
+    const auto layers_on = [&](const ldi::graph_view& g) {
+        return ldi::layered_view<ldi::color_column, ldi::disparity_column, ldi::known_column>(g, color, disparity, known);
+    };
+    const ldi::chart_set charts = ldi::make_charts(layers_on(sound), {});
+    const ldi::chart_outlines outlines = ldi::trace_outlines(ldi::graph_view(sound), disparity, charts);
+    const ldi::texture_atlas atlas = ldi::make_atlas(layers_on(sound), charts);
+    const ldi::photo_facts facts{{8, 8, 30.0F}, range, {}};
+    const ldi::textured_mesh mesh = ldi::build_mesh(layers_on(sound), facts, charts, atlas);
+    ldi::testing::for_broken_views([&](const ldi::graph_view& view) {
+        const auto layers = layers_on(view);
+        const auto refuses = [](const char* stage, auto&& call) {
+            CHECK_THAT(ldi::testing::message_of(call),
+                       Catch::StartsWith(std::string(stage) + ": ") && Catch::Contains("violation"));
+        };
+        refuses("make_charts", [&] { ldi::make_charts(layers, {}); });
+        refuses("trace_outlines", [&] { ldi::trace_outlines(view, disparity, charts); });
+        refuses("make_studs", [&] { ldi::make_studs(layers, range, charts, outlines); });
+        refuses("make_atlas", [&] { ldi::make_atlas(layers, charts); });
+        refuses("build_mesh", [&] { ldi::build_mesh(layers, facts, charts, atlas); });
+        refuses("gather", [&] { ldi::gather<ldi::disparity_column>(mesh, layers, facts.camera); });
+    });
 }
 #endif

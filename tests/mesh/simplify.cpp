@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
+#include <tests/support/errors.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -150,5 +151,29 @@ TEST_CASE("negative tolerances are refused") {
     const ldi::chart_outlines outlines;
     REQUIRE_THROWS_AS(ldi::simplified_boundary(outlines, options_with(-1.0F, 0.01F)), ldi::error);
     REQUIRE_THROWS_AS(ldi::simplified_boundary(outlines, options_with(1.0F, -0.01F)), ldi::error);
+}
+
+TEST_CASE("splits out of order, repeated, of missing edges, or at corners that an edge does not skip are refused") {
+    const ldi::graph g = ldi::make_grid(40, 30);
+    const ldi::buffer<float> disparity(g.size(), 0.5F);
+    ldi::chart_set charts;
+    charts.chart_of.assign(g.size(), 0);
+    charts.charts.push_back({0, 0, 40, 30, {}});
+    for (std::int32_t i = 0; i < g.count(); ++i) charts.charts.front().pixels.push_back(i);
+    const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
+    ldi::simplified_boundary boundary(outlines, {});
+    const auto pieces = outlines.pieces.count(), edges = static_cast<std::int32_t>(boundary.corners(0).size()) - 1;
+    const auto [first, last] = boundary.left_out({0, 0});
+    REQUIRE((pieces > 1 && last - first > 3));
+    using splits = ldi::buffer<ldi::boundary_split>;
+    for (const splits& wrong :
+         {splits{{{1, 0}, boundary.farthest_left_out({1, 0})}, {{0, 0}, first}}, splits{{{0, 0}, first + 1}, {{0, 0}, first}},
+          splits{{{0, 0}, first}, {{0, 0}, first}}, splits{{{0, edges}, first}}, splits{{{0, -1}, first}},
+          splits{{{-1, 0}, first}}, splits{{{pieces, 0}, first}}, splits{{{0, 0}, first - 1}}, splits{{{0, 0}, last}}}) {
+        CHECK(ldi::testing::raised([&] { boundary.split(wrong); }) == ldi::error_code::mismatch);
+        CHECK(static_cast<std::int32_t>(boundary.corners(0).size()) == edges + 1);
+    }
+    boundary.split(splits{{{0, 0}, first}, {{0, 0}, first + 1}});
+    CHECK(static_cast<std::int32_t>(boundary.corners(0).size()) == edges + 3);
 }
 #endif

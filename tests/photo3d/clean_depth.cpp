@@ -1,5 +1,7 @@
 #include <ldi/photo3d/clean_depth.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -25,6 +27,14 @@ struct quantized_estimator {
 };
 
 }  // namespace
+
+TEST_CASE("a photo without pixels cannot be shrunk") {
+    for (const ldi::image<std::uint8_t>& photo : {ldi::image<std::uint8_t>(), {0, 5, 3}, {5, 0, 3}, {5, 5, 0}}) {
+        const ldi::serial_executor threads;
+        CHECK(ldi::testing::raised([&] { ldi::shrink_photo(ldi::image_view<const std::uint8_t>(photo), 10, threads); }) ==
+              ldi::error_code::invalid_data);
+    }
+}
 
 TEST_CASE("adjacent levels of a quantized depth estimator become at most the maximum step apart, as in normalize()") {
     const ldi::image<std::uint8_t> photo(20, 30, 3, std::uint8_t{90});

@@ -29,6 +29,8 @@ TEST_CASE("a depth sample is as many pixels wide as the photo is wider than the 
     CHECK(size_of_sample(100, 250) == 2.5F);
     CHECK(size_of_sample(100, 50) == 1.0F);
     CHECK(size_of_sample(10, 250) == 16.0F);
+    CHECK(size_of_sample(0, 250) == 1.0F);
+    CHECK(ldi::sample_size({}, ldi::image<std::uint8_t>(8, 8, 3), {}) == 1.0F);
 }
 
 TEST_CASE("lengths grow with the side of a depth sample, sizes grow with its area, and other options do not change") {

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -178,6 +179,24 @@ TEST_CASE("path options and key frames out of range are refused") {
     CHECK(testing::raised([&] { view_between({}, camera, 0); }) == error_code::invalid_option);
     std::vector<key_frame> keys(2);
     CHECK(testing::raised([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
-    keys[1].time = 1, keys[1].zoom = 0;
-    CHECK(testing::raised([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
+    for (const float zoom : {0.0F, std::nanf(""), std::numeric_limits<float>::infinity()}) {
+        keys[1].time = 1, keys[1].zoom = zoom;
+        CHECK(testing::raised([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
+    }
+}
+
+TEST_CASE("a path is refused at times when the camera would look straight up or down, or at its own position") {
+    const auto result_at = [](float time, const std::array<float, 3>& target) {
+        const std::vector<key_frame> keys{{0, {1, 0, 0}, {0, 0, 0}}, {1, {-1, 0, 0}, target}};
+        return testing::raised([&] { view_between(keys, camera, time); });
+    };
+    for (const float y : {-5.0F, 0.0F, 5.0F}) {
+        CHECK(result_at(0.5F, {0, y, 0}) == error_code::invalid_option);
+        for (const float time : {0.0F, 0.25F, 0.49F, 0.51F, 1.0F}) CHECK_FALSE(result_at(time, {0, y, 0}));
+        CHECK_FALSE(result_at(0.5F, {0, y, -1}));
+    }
+    CHECK(result_at(1, {-1, -2, 0}) == error_code::invalid_option);  // at a key frame itself
+    for (const float value : {std::nanf(""), std::numeric_limits<float>::infinity()})
+        CHECK(result_at(1, {0, value, -1}) == error_code::invalid_option);
+    CHECK(result_at(std::nanf(""), {0, 0, -1}) == error_code::invalid_option);
 }

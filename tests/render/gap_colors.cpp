@@ -1,10 +1,13 @@
 #include <ldi/render/gap_colors.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 using namespace ldi;
 
@@ -55,6 +58,23 @@ TEST_CASE("a gap between near surfaces and a far one gets the far one's color") 
     REQUIRE(has_gaps(seen));
     const image<std::uint8_t> filled = gap_colors(seen);
     for (std::size_t x = 0; x < width; ++x) CHECK(red(filled, x) == (x < 15 ? 200 : 50));
+}
+
+TEST_CASE("renderings whose images differ in shape are refused, and empty ones have no colors") {
+    const rendering sound{image<std::uint8_t>(4, 6, 3), image<float>(4, 6), image<std::uint8_t>(4, 6)};
+    CHECK_NOTHROW(gap_colors(sound));
+    CHECK(gap_colors({}).empty());
+    const auto result_of = [&](auto&& change) {
+        rendering changed = sound;
+        change(changed);
+        return testing::raised([&] { gap_colors(std::move(changed)); });
+    };
+    for (const image<float>& depth : {image<float>(), image<float>(4, 5), image<float>(6, 4), image<float>(4, 6, 2)})
+        CHECK(result_of([&](rendering& r) { r.depth = depth; }) == error_code::mismatch);
+    for (const image<std::uint8_t>& other : {image<std::uint8_t>(), image<std::uint8_t>(5, 6), image<std::uint8_t>(4, 6, 2)}) {
+        CHECK(result_of([&](rendering& r) { r.coverage = other; }) == error_code::mismatch);
+        CHECK(result_of([&](rendering& r) { r.color = other; }) == error_code::mismatch);
+    }
 }
 
 TEST_CASE("past the photo's border, near and far surfaces both continue") {

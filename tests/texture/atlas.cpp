@@ -1,3 +1,4 @@
+#include "tests/support/errors.hpp"
 #include "tests/support/files.hpp"
 #include "tests/texture/photo_scene.hpp"
 
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -157,6 +159,30 @@ TEST_CASE("atlases of real photos are valid, and equal on any number of threads"
     }
 }
 
+TEST_CASE("an inpainted pixel is occluded only if a nearer pixel is at its position, also at negative disparities") {
+    for (const float disparity : {-1.0F, -0.05F, 0.0F, 0.5F}) {
+        photo_layers layers(make_grid(20, 20));
+        for (float& d : layers.column<disparity_column>()) d = disparity;
+        for (std::int32_t i = 0; i < 400; ++i) layers.column<known_column>()[i] = i == 7 ? 0 : 1;
+        const auto kind_of = [](const photo_layers& of, std::int32_t pixel) {
+            const chart_set charts = make_charts(of, {});
+            const texture_atlas atlas = make_atlas(of, charts);
+            const chart_placement p = atlas.placements[charts.chart_of[pixel]];
+            const chart& c = charts.charts[charts.chart_of[pixel]];
+            return atlas.kind(p.y + of.topology().y()[pixel] - c.y, p.x + of.topology().x()[pixel] - c.x);
+        };
+        CHECK(kind_of(layers, 7) == texel_kind::refilled);
+        CHECK(kind_of(layers, 8) == texel_kind::photo);
+
+        graph_builder two(1, 1);
+        two.add_pixel(0, 0), two.add_pixel(0, 0);
+        photo_layers behind(std::move(two).build());
+        behind.column<disparity_column>()[0] = disparity, behind.column<disparity_column>()[1] = disparity - 0.1F;
+        CHECK(kind_of(behind, 0) == texel_kind::refilled);
+        CHECK(kind_of(behind, 1) == texel_kind::occluded);
+    }
+}
+
 TEST_CASE("an image without pixels has an empty atlas") {
     const texture_atlas atlas = make_atlas(photo_layers(), chart_set());
     CHECK(atlas.color.size() == 0);
@@ -178,6 +204,15 @@ TEST_CASE("a photo that does not fit and a padding outside its range are refused
         options.padding.filter_padding = padding;
         CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
     }
+    options = {};
+    for (const std::int32_t side : {-8192, -1, 0, 15}) {
+        options.max_side = side;
+        CHECK(raised([&] { make_atlas(layers, charts, options); }) == error_code::invalid_option);
+    }
+    options = {};
+    options.padding.diffusion_rounds = -1;
+    CHECK(raised([&] { make_atlas(layers, charts, options); }) == error_code::invalid_option);
+    options = {};
     options.padding.filter_padding = 9;
     CHECK(make_atlas(layers, charts, options).filter_padding == 9);
 }

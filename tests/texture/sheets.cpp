@@ -264,6 +264,10 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
     CHECK(testing::raised([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
     CHECK(testing::raised([&] { max_chart_side(200); }) == error_code::too_large);
     CHECK(max_chart_side(1.0) > 4000);
+    chart_set other_charts = s.charts;
+    other_charts.charts.front().pixels.back() = s.layers.topology().count();
+    const auto lay_out_others = [&] { lay_out_sheets(s.layers, other_charts, s.atlas, s.photo.height(), s.photo.width()); };
+    CHECK(testing::raised(lay_out_others) == error_code::mismatch);
     const auto draw = [&](std::size_t sheet, image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo) {
         draw_sheet(s.layout, sheet, s.charts, s.atlas, worked_on, photo);
     };

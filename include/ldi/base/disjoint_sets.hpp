@@ -11,6 +11,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// A partition of the integers from 0. Sets can be added and merged, but not divided.
 class disjoint_sets {
 public:
     disjoint_sets() = default;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/base/numbers.hpp>
 
 #include <cstddef>
 #include <cstring>
@@ -90,6 +91,11 @@ inline four_floats select(const four_comparisons& holds, const four_floats& a, c
     return {holds.lane[0] ? a[0] : b[0], holds.lane[1] ? a[1] : b[1], holds.lane[2] ? a[2] : b[2], holds.lane[3] ? a[3] : b[3]};
 }
 inline bool all_of(const four_comparisons& holds) { return holds.lane[0] && holds.lane[1] && holds.lane[2] && holds.lane[3]; }
+
+inline four_floats rounded_product(const four_floats& a, const four_floats& b) {
+    return {detail::rounded_product(a[0], b[0]), detail::rounded_product(a[1], b[1]), detail::rounded_product(a[2], b[2]),
+            detail::rounded_product(a[3], b[3])};
+}
 
 inline four_floats smaller(const four_floats& a, const four_floats& b) { return select(b < a, b, a); }
 inline four_floats larger(const four_floats& a, const four_floats& b) { return select(b < a, a, b); }

@@ -80,6 +80,32 @@ inline float fused_multiply_add(float a, float b, float c) {
 #endif
 }
 
+/// Returns a * b, rounded, for sums of products that must be the same on every machine. By default, GCC and clang compile
+/// a * b + c to a fused multiply-add on machines that have one. It rounds only once, so its last bit may differ.
+///
+/// a, b  floats or doubles; with the extensions of GCC and clang, also vectors (base/four_floats.hpp)
+template <class Real>
+Real rounded_product(Real a, Real b) noexcept {
+#if (defined(_MSC_VER) && !defined(__clang__)) || defined(__wasm__) || \
+    ((defined(__x86_64__) || defined(__i386__)) && !defined(__FMA__) && !defined(__FMA4__))
+    return a * b;  // never fused: MSVC does not, and the other machines cannot
+#elif LDI_HAS_EXTENSIONS
+    // The compiler must assume that the empty assembly changes the product.
+    Real product = a * b;
+#if defined(__x86_64__) || defined(__i386__)
+    asm("" : "+x"(product));
+#elif defined(__aarch64__)
+    asm("" : "+w"(product));
+#else
+    asm("" : "+m"(product));
+#endif
+    return product;
+#else
+    const volatile Real product = a * b;
+    return product;
+#endif
+}
+
 /// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
 inline float vector_length(float x, float y) {
     return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
@@ -94,8 +120,8 @@ inline float natural_logarithm(float x) {
     // log(m) = 2 artanh(s), a series of odd powers of s. Since s^2 <= 0.0295, terms after s^19 are below 1e-15.
     const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
     double sum = 0;
-    for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
-    return static_cast<float>(exponent * 0.69314718055994531 + s * sum);
+    for (int power = 19; power >= 1; power -= 2) sum = rounded_product(sum, square) + 2.0 / power;
+    return static_cast<float>(rounded_product(nearest_double(exponent), 0.69314718055994531) + rounded_product(s, sum));
 }
 
 }}}  // namespace ldi::detail

@@ -20,6 +20,7 @@
 #include <ldi/charts/detail/chart_grower.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/core/validate.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +29,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of make_charts().
 struct chart_options {
     /// Maximum width and height of a bounding box, in pixels; 16 to max_chart_box. The photo's width and height are divided
     /// evenly: with a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. In a test with ten photos of
@@ -38,20 +40,22 @@ struct chart_options {
     /// surface.
     std::int32_t filter_range = 4;
     /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
-    /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary.
+    /// like rings, their boxes overlap and may exceed this area. make_charts() then reduces max_side, to 64 if necessary; charts
+    /// of that size may exceed any limit.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite. Time is linear. If the
-/// boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the default
-/// max_side. Memory is up to 25 bytes per pixel and 120 per chart.
+/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if an invariant of
+/// a view's graph does not hold. Time is linear. If the boxes exceed max_area, charts are grown again with a smaller limit:
+/// usually once, and at most five times with the default max_side. Memory is up to 25 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
         raise(error_code::invalid_option, "max_side", "16 to " + std::to_string(max_chart_box), std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
+    check_topology(layers.topology(), "make_charts");
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
     constexpr std::int32_t min_side = 64;

@@ -5,11 +5,13 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/validate.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -19,6 +21,19 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Whether a run precedes another run of its scanline in canonical order. The index of the first pixel decides between runs whose
+/// first pixels have the same x and the same disparity.
+///
+/// x, pixel              x and index of the run's first pixel
+/// other_x, other_pixel  the same of the other run
+/// disparity             disparity(pixel) returns the disparity of a first pixel; must not be NaN
+template <class Disparity>
+bool run_precedes(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other_pixel, Disparity&& disparity) {
+    if (x != other_x) return x < other_x;
+    const float nearness = disparity(pixel), other_nearness = disparity(other_pixel);
+    return nearness != other_nearness ? nearness > other_nearness : pixel < other_pixel;
+}
+
 namespace detail {
 
 /// canonical_order() for a graph whose invariants hold.
@@ -26,6 +41,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
     if (!disparity.empty() && disparity.size() != g.size())
         raise(error_code::mismatch, "canonical_order", std::to_string(g.size()) + " disparities",
               std::to_string(disparity.size()));
+    for (const float d : disparity)
+        if (std::isnan(d)) raise(error_code::invalid_data, "canonical_order", "disparities without NaN", to_text(d));
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -38,9 +55,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 
     const float* const nearness = disparity.empty() ? nullptr : disparity.data();
     const auto before = [&](std::int32_t a, std::int32_t b) {
-        if (g.x()[a] != g.x()[b]) return g.x()[a] < g.x()[b];
-        if (nearness != nullptr && nearness[a] != nearness[b]) return nearness[a] > nearness[b];
-        return a < b;
+        return run_precedes(g.x()[a], a, g.x()[b], b,
+                            [&](std::int32_t pixel) { return nearness == nullptr ? 0.0F : nearness[pixel]; });
     };
     buffer<std::int32_t> order;
     order.reserve(g.size());
@@ -58,7 +74,7 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 /// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties; raises mismatch for any other number
+///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN
 ///
 /// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
@@ -66,7 +82,7 @@ inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const floa
 }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("canonical_order");
+    check_topology(g, "canonical_order");
     return detail::order_of_sound(g, disparity);
 }
 
@@ -111,7 +127,8 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     return std::move(result).build(detail::unchecked);
 }
 
-/// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
+/// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, with the same errors as in
+/// canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = detail::order_of_sound(g, disparity);

@@ -16,7 +16,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
-#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -186,7 +185,7 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("coarsen");
+    check_topology(g, "coarsen");
     return detail::coarsen_sound(g, orphans);
 }
 

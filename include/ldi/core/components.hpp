@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -71,7 +70,7 @@ inline components components_of_sound(const graph_view& g) {
 inline components connected_components(const graph& g) { return detail::components_of_sound(g); }
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 inline components connected_components(const graph_view& g) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("connected_components");
+    check_topology(g, "connected_components");
     return detail::components_of_sound(g);
 }
 

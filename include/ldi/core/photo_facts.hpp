@@ -17,6 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
+/// What is known about a photo. Stages read it beside the layers.
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
@@ -44,7 +45,8 @@ struct photo_facts {
 /// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces, and the strips that extend them
 /// (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces separate, each outline may be
 /// off by one pixel (mesh/simplify.hpp). mesh_disparity: not less than the sum of the disparity tolerances of mesh/simplify.hpp
-/// and mesh/studs.hpp.
+/// and mesh/studs.hpp. They are in core because expand() and grow_past_frame() also depend on them, and occlusion/ and mesh/ do
+/// not include each other.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.

@@ -65,10 +65,12 @@ public:
     }
     template <one_of<Columns...> Column, std::integral Index>
     std::span<const typename Column::scalar, Column::channels> at(Index pixel) const&& = delete;
+    /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <one_of<Columns...> Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));
     }
+    /// Calls edit(link_editor&), which may link and unlink pixels, as layered_image::edit_links() does.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layers_.edit_links(edit);

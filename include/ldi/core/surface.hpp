@@ -5,6 +5,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+// Both constants belong to expand(). They are in core because build_mesh() closes the gaps between surfaces that expand() could
+// not link, and mesh/ and occlusion/ do not include each other.
+
 /// Minimum difference in disparity between a pixel that expand() adds and the photo's pixel in front of it, as a multiple of
 /// surface_rule::max_step, with a margin for rounding.
 inline constexpr float min_hidden_step = 1.001F;

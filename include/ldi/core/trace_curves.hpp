@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -19,8 +20,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// corner.
 class corner_map {
 public:
+    /// width, height  size of the lattice in pixels, 0 or more; raises invalid_option if negative
+    ///
     /// Raises too_large for 2^31 corners or more.
     corner_map(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
+        if (width < 0 || height < 0)
+            raise(error_code::invalid_option, "corner_map", "a lattice with a width and a height of 0 or more",
+                  std::to_string(width) + " x " + std::to_string(height));
         const std::int64_t corners = (std::int64_t{width} + 1) * (std::int64_t{height} + 1);
         if (corners > 0x7FFFFFFF)
             raise(error_code::too_large, "corner_map", "fewer than 2^31 pixel corners", std::to_string(corners));
@@ -28,6 +34,7 @@ public:
         present_.assign(static_cast<std::size_t>(corners), 0);
     }
 
+    /// Adds the pixel side between a corner and the next one, which must be on the lattice. The side must not be present.
     void add(std::int32_t corner, side toward) {
         if (present_[corner] == 0) used_.push_back(corner);
         present_[corner] |= bit(toward);
@@ -37,22 +44,34 @@ public:
         ++side_count_;
     }
 
+    /// Size of the lattice in pixels.
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
+    /// The corners at which a side was ever present, in the order of their first sides. May list a corner twice, if all its sides
+    /// were removed before add() added another one.
     const buffer<std::int32_t>& used() const { return used_; }
+    /// Number of sides that are present.
     std::size_t side_count() const { return side_count_; }
+    /// Number of the corner at the lattice point (x, y), the top left corner of pixel (x, y).
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
+    /// Lattice point of a corner.
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
+    /// Returns the adjacent corner in a direction. It must be on the lattice.
     std::int32_t next(std::int32_t c, side toward) const { return c + step_x(toward) + step_y(toward) * stride_; }
+    /// Whether the side that leaves the corner in this direction is present.
     bool has(std::int32_t c, side toward) const { return (present_[c] & bit(toward)) != 0; }
+    /// Whether the corner lies on the left or the right border of the lattice.
     bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
+    /// Whether the corner lies on any border of the lattice.
     bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
+    /// Number of sides present at a corner, 0 to 4.
     int degree(std::int32_t c) const {
         int count = 0;
         for (side s : all_sides) count += has(c, s) ? 1 : 0;
         return count;
     }
+    /// Removes a side that is present.
     void remove(std::int32_t c, side toward) {
         LDI_ASSERT(has(c, toward));
         present_[c] ^= bit(toward);
@@ -71,19 +90,24 @@ private:
 
 /// A traced curve: its sides, and its corners in the same order. A curve of n sides has n + 1 corners.
 struct traced_curve {
-    buffer<std::int32_t> corners;
+    buffer<std::int32_t> corners;  ///< as corner_map numbers them
     buffer<discontinuity> sides;
-    bool is_closed = false;
+    bool is_closed = false;  ///< whether the last corner is the first one
 };
 
 /// Finds the discontinuities of a disparity map, and traces them as curves. A curve is closed, or ends at free ends or junctions.
 class curve_tracer {
 public:
-    /// disparity         width x height values; must outlive the tracer
+    /// width, height     size of the map; raises the errors of corner_map
+    /// disparity         width * height values, row by row; must outlive the tracer. Raises mismatch for any other number
     /// is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
-    curve_tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
-        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
+    curve_tracer(std::int32_t width, std::int32_t height, std::span<const float> disparity, surface_rule surface, IsCut&& is_cut)
+        : width_(width), disparity_(disparity.data()), surface_(surface), all_(width, height) {
+        const std::int64_t pixels = std::int64_t{width} * height;
+        if (static_cast<std::int64_t>(disparity.size()) != pixels)
+            raise(error_code::mismatch, "curve_tracer", std::to_string(pixels) + " disparities",
+                  std::to_string(disparity.size()));
         for (std::int32_t y = 0; y < height; ++y) {
             const std::int32_t start = y * width;
             for (std::int32_t x = 0; x + 1 < width; ++x)
@@ -130,6 +154,7 @@ public:
                 if (left.has(corner, s)) visit(follow(left, corner, s));
     }
 
+    /// The corners with the sides of all curves.
     const corner_map& corners() const { return all_; }
 
     /// Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.

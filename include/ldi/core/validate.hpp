@@ -74,4 +74,14 @@ inline std::optional<violation> validate(const graph_view& g) {
     return std::nullopt;
 }
 
+/// Raises mismatch if an invariant of `graph` does not hold, in release builds, too. Functions that follow the links of a view
+/// call it, because ldi does not own the view's memory. Linear time.
+///
+/// where  name of the function that requires the invariants
+inline void check_topology(const graph_view& g, std::string_view where) {
+    if (const std::optional<violation> found = validate(g)) found->refuse(where);
+}
+/// Checks nothing, because the invariants of a graph always hold.
+inline void check_topology(const graph&, std::string_view) {}
+
 }}  // namespace ldi

@@ -18,6 +18,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/core/trace_curves.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 #include <ldi/depth/detail/straightened_curve.hpp>
 
 #include <algorithm>
@@ -233,7 +234,7 @@ inline buffer<traced_curve> long_curves(const image<float>& disparity, surface_r
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
-    curve_tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+    curve_tracer curves(width, height, {at, disparity.size()}, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
     curves.prune_spurs(min_length);
@@ -246,10 +247,8 @@ inline buffer<traced_curve> long_curves(const image<float>& disparity, surface_r
 
 inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
                             const alignment_options& options) {
-    if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
-        photo.channels() != 3)
-        raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
-              shape_text(disparity) + " and " + shape_text(photo));
+    check_map_and_photo(disparity, photo, "align_silhouettes");
+    check_pixel_count(disparity, "align_silhouettes");
     if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
         raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
               detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
@@ -262,10 +261,10 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch unless the images have these shapes, and invalid_option if the uncertainty is not in [0, 256] or the stiffness
-/// is below 0. Time is linear in the number of pixels and in the total length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each
-/// pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, too_large for 2^31 pixels or more, and invalid_option if the uncertainty
+/// is not in [0, 256] or the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves
+/// times the uncertainty. Memory is 10 bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread
+/// needs 26 * uncertainty bytes for each pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {

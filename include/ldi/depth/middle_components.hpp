@@ -8,6 +8,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/runs.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -15,6 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of merge_middle_components().
 struct middle_component_options {
     /// Only components with fewer pixels than this are merged.
     std::int32_t min_size = 20;
@@ -206,9 +208,11 @@ private:
 /// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
 /// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
 /// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
-/// components. Up to 60 bytes per pixel.
+/// components. Up to 60 bytes per pixel. Raises mismatch for another number of channels, too_large for 2^31 pixels or more.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
+    detail::check_map(disparity, "merge_middle_components");
+    detail::check_pixel_count(disparity, "merge_middle_components");
     const detail::image_components components = detail::find_components(disparity, surface);
     const detail::small_components small_ones = detail::find_small_components(components, options.min_size);
     detail::component_merger merger(components, small_ones, disparity);

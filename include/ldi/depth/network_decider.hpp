@@ -3,11 +3,14 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/depth/decided_depth.hpp>
 #include <ldi/depth/detail/band_input.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 #include <ldi/depth/detail/side_surfaces.hpp>
 #include <ldi/depth/step_band.hpp>
 
@@ -33,10 +36,14 @@ public:
     /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
     /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
     /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels,
-    /// whatever their disparities.
+    /// whatever their disparities. Raises mismatch if the images do not have the shapes that undecided_depth documents.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
+        detail::check_map_and_photo(depth.disparity, depth.photo, "network_decider");
+        if (depth.estimated.empty() || depth.estimated.channels() != 1)
+            raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with pixels",
+                  detail::shape_text(depth.estimated));
         const step_band band = find_step_band(depth.disparity, {.min_step = min_step});
         decided_depth result;
         result.shares = image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, std::uint8_t{0});

@@ -14,6 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of normalize().
 struct normalize_options {
     /// Share of the pixels that is clamped at either end of the value range, from 0 to less than one half, so that a few outliers
     /// do not compress all other values. Tuned by experiment.
@@ -36,6 +37,7 @@ struct normalize_options {
     float max_depth_ratio = 50.0F;
 };
 
+/// A disparity map and its range of distances. normalize() makes it.
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
     depth_range range;       ///< distances at disparity 1 and 0; meters if the source is metric

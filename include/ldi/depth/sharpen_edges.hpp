@@ -13,6 +13,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 
 #include <algorithm>
 #include <array>
@@ -134,11 +135,12 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 /// surface    rule by which neighboring samples belong to one surface
 ///
-/// Raises invalid_option if the radius is below 0 or above 64. Time is proportional to the number of samples times the radius.
-/// Memory is 40 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_option if the radius is below 0 or above 64. Time is proportional to
+/// the number of samples times the radius. Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
+    detail::check_map(disparity, "sharpen_edges");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "sharpen_options::radius", "0 to 64", std::to_string(options.radius));
     image<float> map(disparity);

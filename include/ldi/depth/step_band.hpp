@@ -8,6 +8,7 @@
 #include <ldi/base/config.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/pixel_region.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +59,8 @@ struct step_band {
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
 /// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
 /// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
-/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region.
+/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region. Raises mismatch for another number of
+/// channels, too_large for 2^31 pixels or more.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -229,6 +231,8 @@ private:
 }  // namespace detail
 
 inline step_band find_step_band(image_view<const float> disparity, const step_band_options& options) {
+    detail::check_map(disparity, "find_step_band");
+    detail::check_pixel_count(disparity, "find_step_band");
     return detail::step_band_finder(disparity, options).run();
 }
 

@@ -15,6 +15,7 @@
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 
 #include <algorithm>
 #include <array>
@@ -25,6 +26,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of weighted_median().
 struct weighted_median_options {
     /// Standard deviation of the Gaussian weight over the disparity difference from the center.
     float sigma = 0.2F;
@@ -222,11 +224,13 @@ private:
 /// disparity  H x W x 1, finite
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
-/// its value if all weights are zero. Raises invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
+/// its value if all weights are zero. Raises mismatch for another number of channels, invalid_option if sigma is not above 0.
+/// Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
     using namespace detail::median;
+    detail::check_map(disparity, "weighted_median");
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", detail::to_text(options.sigma));
     const std::size_t rows = disparity.height(), columns = disparity.width();

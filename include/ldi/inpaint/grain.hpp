@@ -28,6 +28,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of add_grain().
 struct grain_options {
     /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo, 0 to 100; 0 disables
     /// grain. Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.

@@ -33,8 +33,8 @@ struct mixed_color_options {
     /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
     /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
     int background_margin = 1;
-    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side; at least two pixels. Applies only
-    /// where the colors of the two surfaces differ. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side, 0 to 1; at least two pixels and
+    /// at most 32767. Applies only where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance between colors that count as different. Each channel is in [0, 255].
     float contrast = 40.0F;
@@ -90,10 +90,10 @@ inline int scaled_to_photo(int pixels, const graph_view& g) {
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Width in pixels of the band that is searched for mixed colors.
+/// Width in pixels of the band that is searched for mixed colors, at most max_band_width.
 inline int band_width(float reach, const graph_view& g) {
     const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
-    return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
+    return reach > 0 ? static_cast<int>(std::clamp(std::lround(pixels), 2L, long{max_band_width})) : 0;
 }
 
 /// Replaces mixed foreground colors with the foreground's own color, and marks mixed background colors as unknown.
@@ -180,8 +180,8 @@ private:
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 /// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty
 ///
-/// Raises invalid_option for an option outside its range. Time is linear except for sorting the pixels beside silhouettes; up to
-/// 150 bytes per pixel, if all lie beside silhouettes.
+/// Raises invalid_option for an option outside its range, mismatch for any other number of shares. Time is linear except for
+/// sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
                   std::span<const std::uint8_t> shares = {}) {
@@ -191,6 +191,9 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
         raise(error_code::invalid_option, "mixed_color_options", "margins of 0 or more, a reach of 0 to 1, a contrast above 0",
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
+    if (!shares.empty() && shares.size() != layers.size())
+        raise(error_code::mismatch, "unmix_colors", "no shares, or " + std::to_string(layers.size()),
+              std::to_string(shares.size()));
     const auto& g = layers.topology();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);

@@ -27,6 +27,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of add_texture().
 struct texture_options {
     /// Strength relative to the texture of the photo, 0 to 100; 0 leaves only grain.
     float strength = 1.0F;

@@ -7,6 +7,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/other_bytes.hpp>
@@ -40,9 +41,8 @@ struct rim_column {
 namespace detail {
 
 /// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
-/// 1. Returns 0 if `from` and `to` look alike.
-inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float min_contrast = mixed_color_options{}.contrast;
+/// 1. Returns 0 if `from` and `to` differ by less than `min_contrast`.
+inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to, float min_contrast) {
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
@@ -58,8 +58,9 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 /// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
+/// width   up to 32767; if it is 0 or less, no pixel is marked. Raises invalid_option for a larger width
 ///
-/// Linear time, for any width; up to 150 bytes per pixel, if all pixels lie within the width.
+/// Linear time, whatever the width; up to 150 bytes per pixel, if all pixels lie within the width.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -67,6 +68,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     const auto is_rim = layers.template column<rim_column>();
     std::fill(is_rim.begin(), is_rim.end(), std::uint8_t{0});
     if (width <= 0) return rims;
+    if (width > detail::max_band_width)
+        raise(error_code::invalid_option, "mark_uncertain_rims", "a width of at most " + std::to_string(detail::max_band_width),
+              std::to_string(width));
     const graph& g = layers.topology();
     const auto known = layers.template column<known_column>();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), width);
@@ -97,11 +101,14 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
 /// experiment.)
 ///
-/// layers  on the photo's lattice
-/// rims    result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
-///         that rim_column marks
+/// layers    on the photo's lattice
+/// rims      result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
+///           that rim_column marks
+/// contrast  mixed_color_options::contrast; raises invalid_option unless it is above 0. A pixel is restored if the foreground's
+///           color differs by less from the inpainted color
 template <has_columns<color_column, known_column, rim_column> Layers>
-void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
+void restore_rims(Layers& layers, std::span<const uncertain_rim> rims, float contrast = mixed_color_options{}.contrast) {
+    if (!(contrast > 0)) raise(error_code::invalid_option, "restore_rims", "a contrast above 0", detail::to_text(contrast));
     struct rim_pixel {
         std::int32_t pixel;
         const uncertain_rim* rim;
@@ -118,7 +125,8 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     });
     for (const auto& [pixel, rim] : marked) {
         std::uint8_t* const color = layers.template at<color_column>(pixel).data();
-        if (rim->is_distinguishable && detail::share_of_way(rim->color.data(), color, rim->foreground.data()) > 0.125F) continue;
+        if (rim->is_distinguishable && detail::share_of_way(rim->color.data(), color, rim->foreground.data(), contrast) > 0.125F)
+            continue;
         layers.template column<known_column>()[pixel] = 1;
         std::copy_n(rim->color.data(), 3, color);
     }

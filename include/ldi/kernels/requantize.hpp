@@ -67,6 +67,8 @@ inline requantization make_requantization(float scale, std::uint8_t zero_point) 
     return {static_cast<std::int32_t>(mantissa << 7), 126 - detail::biased_exponent(scale), zero_point};
 }
 
+/// Converts a sum to a byte: multiplies and rounds halves up, shifts and rounds halves away from zero, adds the zero point, and
+/// clamps.
 inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r) {
     const std::int64_t product = std::int64_t{accumulator} * r.multiplier;
     const std::int32_t high = static_cast<std::int32_t>((product + (std::int64_t{1} << 30)) >> 31);
@@ -94,6 +96,7 @@ inline quantized_addition make_quantized_addition(quantization a, quantization b
     return result;
 }
 
+/// Adds two bytes of different quantizations. The result is rounded, halves away from zero, and clamped.
 inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantized_addition& r) {
     const std::int32_t sum = r.bias + a * r.a_multiplier + b * r.b_multiplier;
     return detail::offset_and_clamp(detail::rounding_shift(sum, r.shift), r.zero_point);

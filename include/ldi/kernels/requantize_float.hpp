@@ -116,6 +116,7 @@ inline std::optional<float_requantization> find_float_requantization(const requa
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }
 
+/// The same for the form without fused multiply-add.
 inline std::optional<unfused_requantization> find_unfused_requantization(const requantization& r) {
     return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
 }

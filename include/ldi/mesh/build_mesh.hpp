@@ -36,8 +36,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option; mismatch if inputs don't fit together, or if there are charts and the atlas has no pixels; invalid_data
-/// for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
+/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if inputs don't fit together, or if there are
+/// charts and the atlas has no pixels; invalid_data for disparities that are not finite; and too_large for a chart with a
+/// bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts

@@ -11,6 +11,7 @@
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/mesh/detail/chart_polygon.hpp>
 #include <ldi/mesh/detail/crossings.hpp>
 #include <ldi/mesh/detail/mesh_checks.hpp>
@@ -57,9 +58,9 @@ struct flat_mesh {
 /// range   distances at disparity 1 and 0
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option; mismatch if the charts are not a partition of the pixels, if the pixels are not in canonical order or
-/// if a chart has two pixels at one position; invalid_data for disparities that are not finite; and too_large for a bounding box
-/// above max_chart_box.
+/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if the charts are not a partition of the
+/// pixels, if a right neighbor is not the next pixel, as it is in canonical order, or if a chart has two pixels at one position;
+/// invalid_data for disparities that are not finite; and too_large for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -265,11 +266,12 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
             raise(error_code::too_large, "build_mesh",
                   "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
                   std::to_string(c.width) + " x " + std::to_string(c.height));
+    check_topology(layers.topology(), "build_mesh");
     const array_view<const float> disparity = layers.template column<disparity_column>();
     detail::check_range(range, "depth_range");
     detail::check_disparities(disparity, "build_mesh");
     flat_mesh flat;
-    flat.outlines = trace_outlines(layers.topology(), disparity, charts);
+    flat.outlines = detail::outlines_of_sound(layers.topology(), disparity, charts);
     flat.studs = detail::place_studs(layers.topology(), disparity, range, charts, flat.outlines, options.studs);
     flat.charts.resize(charts.charts.size());
     simplified_boundary boundary(flat.outlines, options.outlines, range);

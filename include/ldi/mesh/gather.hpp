@@ -9,6 +9,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
 #include <algorithm>
@@ -55,11 +56,13 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels outside the layers, or if a vertex does not project to a corner of its pixel,
-/// because it was moved or belongs to another camera; and invalid_data for hems outside the mesh. Time is linear.
+/// Raises mismatch if an invariant of a view's graph does not hold, if the mesh refers to pixels outside the layers, or if a
+/// vertex does not project to a corner of its pixel, because it was moved or belongs to another camera; and invalid_data for hems
+/// outside the mesh. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
+    check_topology(layers.topology(), "gather");
     const graph_view g = layers.topology();
     const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // its width and height include photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())

@@ -17,6 +17,7 @@ struct soft_edge_options {
     float max_share = 0.08F;
 };
 
+/// Options of build_mesh() and build_flat_mesh().
 struct mesh_options {
     simplify_options outlines;
     stud_options studs;

@@ -7,11 +7,13 @@
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/mesh/detail/boundary_walk.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string>
 #include <utility>
@@ -64,7 +66,10 @@ struct chart_outlines {
 /// disparity  K values, one per pixel
 /// charts     a partition of the pixels; no two pixels of a chart share a position
 ///
-/// Raises mismatch if the pixels are not in canonical order, or if the arguments don't fit together.
+/// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order, or if the arguments don't fit
+/// together.
+chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
+/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
@@ -278,21 +283,30 @@ private:
     buffer<outline_corner> forward_, backward_;
 };
 
-}  // namespace detail
-
-inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
+/// trace_outlines() for a graph whose invariants hold.
+inline chart_outlines outlines_of_sound(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
     if (disparity.size() != g.size())
         raise(error_code::mismatch, "trace_outlines", std::to_string(g.size()) + " disparities",
               std::to_string(disparity.size()));
     check_charts(charts, g, "trace_outlines");
     chart_outlines result;
-    result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
-    result.boundary_pixels = detail::pixels_with_boundary(result.boundary_sides);
-    detail::outline_tracer tracer(g, disparity, charts, result);
+    result.boundary_sides = mark_boundary_sides(g, charts.chart_of);
+    result.boundary_pixels = pixels_with_boundary(result.boundary_sides);
+    outline_tracer tracer(g, disparity, charts, result);
     tracer.trace_pieces();
     tracer.unite_junctions();
     tracer.assemble_loops(charts.charts.size());
     return result;
+}
+
+}  // namespace detail
+
+inline chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts) {
+    return detail::outlines_of_sound(g, disparity, charts);
+}
+inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
+    check_topology(g, "trace_outlines");
+    return detail::outlines_of_sound(g, disparity, charts);
 }
 
 }}  // namespace ldi

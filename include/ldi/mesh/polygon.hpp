@@ -8,6 +8,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// A corner between pixels: the vertex of a polygon.
 struct lattice_point {
     std::int32_t x, y;  ///< within +-2^16
 

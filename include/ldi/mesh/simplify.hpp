@@ -15,17 +15,20 @@
 #include <cstdint>
 #include <cstdlib>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of simplified_boundary.
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. With 0, only corners on straight lines are dropped.
+    /// Maximum distance of a corner from the simplified boundary, in pixels, at least 0. With 0, only corners on straight lines
+    /// are dropped.
     float tolerance = 1.0F;
-    /// Maximum difference in disparity between a corner and the simplified boundary, so that a boundary bends where its surface
-    /// bends.
+    /// Maximum difference in disparity between a corner and the simplified boundary, at least 0, so that a boundary bends where
+    /// its surface bends.
     float disparity_tolerance = 0.01F;
-    /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
+    /// Maximum shift of the texture along an edge when it is drawn, in pixels, above 0 (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
@@ -69,7 +72,9 @@ public:
 
     /// Splits edges, all at once, at corners that they skip.
     ///
-    /// splits  sorted, without duplicates
+    /// splits  sorted, without duplicates, at corners within left_out() of their edges
+    ///
+    /// Raises mismatch for any other splits; the boundary then remains unchanged.
     void split(std::span<const boundary_split> splits);
 
     /// Whether the last split created an edge.
@@ -86,6 +91,9 @@ private:
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
+    /// Whether the boundary has this edge, and the edge skips this corner.
+    bool can_split(const boundary_split& s) const;
+
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
     /// Per element of kept_: whether the latest split of its piece created the edge that starts there.
@@ -189,7 +197,19 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     return farthest;
 }
 
+inline bool simplified_boundary::can_split(const boundary_split& s) const {
+    const auto [piece, index] = s.edge;
+    if (piece < 0 || piece >= stretches_.count() || index < 0 || index + 1 >= stretches_[piece].count) return false;
+    const auto [first, last] = left_out(s.edge);
+    return s.corner >= first && s.corner < last;
+}
+
 inline void simplified_boundary::split(std::span<const boundary_split> splits) {
+    for (std::size_t s = 0; s < splits.size(); ++s)
+        if (!can_split(splits[s]) || (s > 0 && !(splits[s - 1] < splits[s])))
+            raise(error_code::mismatch, "simplified_boundary", "ascending splits at corners that the edges skip",
+                  "a split of edge " + std::to_string(splits[s].edge.index) + " of piece " +
+                      std::to_string(splits[s].edge.piece) + " at corner " + std::to_string(splits[s].corner));
     ++splits_;
     for (std::size_t s = 0; s < splits.size();) {
         const std::int32_t piece = splits[s].edge.piece;

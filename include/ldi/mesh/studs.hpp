@@ -15,6 +15,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/mesh/detail/boundary_walk.hpp>
 #include <ldi/mesh/detail/mesh_checks.hpp>
 #include <ldi/mesh/detail/stud_placer.hpp>
@@ -30,12 +31,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// charts    a partition of the pixels (make_charts)
 /// outlines  outlines of these charts (trace_outlines)
 ///
-/// Raises invalid_option, mismatch if the arguments don't fit together, and invalid_data for disparities that are not finite.
+/// Raises invalid_option, mismatch if an invariant of a view's graph does not hold or the arguments don't fit together, and
+/// invalid_data for disparities that are not finite.
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {}) {
     const graph_view g = layers.topology();
     const array_view<const float> disparity = layers.template column<disparity_column>();
+    check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
     detail::check_range(range, "make_studs");
     detail::check_disparities(disparity, "make_studs");

@@ -35,6 +35,7 @@ enum class constrained_ends : std::uint8_t {
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
+/// Options of find_discontinuity_curves().
 struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
     /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. Here, a
@@ -158,7 +159,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();
-    curve_tracer tracer(g.width(), g.height(), disparity.data(), surface,
+    curve_tracer tracer(g.width(), g.height(), disparity, surface,
                         [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
     tracer.prune_spurs(options.min_length);
     const corner_map& corners = tracer.corners();

@@ -27,6 +27,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of expand().
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
     /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step

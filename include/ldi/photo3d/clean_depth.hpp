@@ -26,9 +26,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Shrinks the photo to a long side of at most `long_side` pixels.
+/// Shrinks the photo to a long side of at most `long_side` pixels. Raises invalid_data for a photo without pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
+    if (photo.empty())
+        raise(error_code::invalid_data, "shrink_photo", "a photo with at least one pixel", detail::shape_text(photo));
     const std::size_t longer = (std::max)(photo.height(), photo.width());
     return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
                        threads);

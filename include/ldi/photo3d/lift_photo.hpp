@@ -99,8 +99,9 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. Raises the same errors for options as
-/// clean_depth(), and mismatch if an image of `own` has no pixel or the wrong number of channels.
+/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. If `photo.estimated` is empty, lengths in
+/// `options` apply as they do to depth at the photo's resolution. Raises the same errors for options as clean_depth(), and
+/// mismatch if an image of `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {

@@ -1,6 +1,7 @@
 // Options of make_photo3d() (photo3d.hpp).
 #pragma once
 
+#include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
@@ -79,13 +80,19 @@ struct photo3d_options {
     progress_listener progress;
 };
 
-/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
+/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels; at least 1.
+///
+/// length  0 to longer
+/// longer  the photo's longer side, at least 1
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
+    LDI_ASSERT(longer > 0);
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size].
+/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size]; 1 for an empty map, as for a
+/// map at the photo's resolution.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
+    if (estimated.empty()) return 1.0F;
     return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
                       options.max_sample_size);
 }

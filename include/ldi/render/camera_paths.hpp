@@ -16,9 +16,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// The predefined paths of view_on_path().
 enum class camera_path : std::uint8_t {
     circle,      ///< around the photo's viewpoint, parallel to its image plane, clockwise from the right; ends where it starts
     swing,       ///< from the photo's viewpoint to the right, to the left and back
@@ -58,13 +60,15 @@ struct key_frame {
     float time = 0;                          ///< must increase from each key frame to the next
     std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space (core/camera.hpp)
     std::array<float, 3> target{0, 0, -1};   ///< point that the camera looks at
-    float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0
+    float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0, finite
 };
 
 /// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the slope
 /// of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the camera rests.
-/// Raises invalid_option if there is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside
-/// the motion budget; callers clamp it with within_motion().
+/// Raises invalid_option if there is no key frame, times do not increase, a zoom is not above 0, a number is not finite, or the
+/// camera would look straight up or down at `time`, or at its own position. Positions and targets are interpolated separately, so
+/// this may happen between key frames that look elsewhere. The result may lie outside the motion budget; callers clamp it with
+/// within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// Computes a frame that hides the outer edge of the photo's surfaces: the largest centered part of the picture, with the same
@@ -104,6 +108,10 @@ inline float reach_within_motion(const std::array<float, 3>& direction, const pi
     const auto [x, y, z] =
         within_motion({max_reach * direction[0], max_reach * direction[1], max_reach * direction[2]}, camera, range, motion);
     return vector_length(vector_length(x, y), z);
+}
+
+inline std::string point_text(const std::array<float, 3>& p) {
+    return "(" + to_text(p[0]) + ", " + to_text(p[1]) + ", " + to_text(p[2]) + ")";
 }
 
 /// Evaluates at `t` the cubic Hermite curve over [0, 1] with the given end values and slopes.
@@ -170,7 +178,8 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
 inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
     if (keys.empty()) raise(error_code::invalid_option, "key frames", "at least one", "none");
     for (std::size_t i = 0; i < keys.size(); ++i) {
-        if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
+        if (!(keys[i].zoom > 0) || !std::isfinite(keys[i].zoom))
+            raise(error_code::invalid_option, "key frame", "a finite zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
             raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
@@ -192,6 +201,12 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
         position[c] = interpolated([c](const key_frame& k) { return k.position[c]; });
         target[c] = interpolated([c](const key_frame& k) { return k.target[c]; });
     }
+    const auto is_finite = [](const std::array<float, 3>& p) {
+        return std::all_of(p.begin(), p.end(), [](float value) { return std::isfinite(value); });
+    };
+    if (!is_finite(position) || !is_finite(target) || (position[0] == target[0] && position[2] == target[2]))
+        raise(error_code::invalid_option, "key frames", "a camera that never looks straight up or down",
+              detail::point_text(position) + " looking at " + detail::point_text(target) + " at time " + detail::to_text(time));
     view result = look_at(camera, position, target);
     result.camera.focal_length *= std::exp(interpolated([](const key_frame& k) { return std::log(k.zoom); }));
     return result;

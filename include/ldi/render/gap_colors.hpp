@@ -4,7 +4,9 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/render/rasterizer.hpp>
@@ -25,7 +27,8 @@ inline bool has_gaps(const rendering& seen) {
 /// Returns the picture, H x W x 3, with a new color for every incompletely covered pixel. The result can be used as
 /// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the farther
 /// half of its outline. A gap at the picture's edge lies beyond the photo's border, where near surfaces continue as well, and
-/// uses all of its outline. A rendering without a covered pixel becomes black.
+/// uses all of its outline. A rendering without a covered pixel becomes black. Raises mismatch unless the three images have the
+/// shapes that `rendering` documents.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -130,6 +133,14 @@ private:
 }  // namespace detail
 
 inline image<std::uint8_t> gap_colors(rendering seen) {
+    const auto is_sound = [&](const auto& picture, std::size_t channels) {
+        return picture.height() == seen.color.height() && picture.width() == seen.color.width() &&
+               (picture.height() == 0 || picture.width() == 0 || picture.channels() == channels);
+    };
+    if (!is_sound(seen.color, 3) || !is_sound(seen.depth, 1) || !is_sound(seen.coverage, 1))
+        raise(
+            error_code::mismatch, "gap_colors", "color H x W x 3, depth and coverage H x W x 1",
+            detail::shape_text(seen.color) + ", " + detail::shape_text(seen.depth) + " and " + detail::shape_text(seen.coverage));
     detail::gap_filler(seen).fill();
     return std::move(seen.color);
 }

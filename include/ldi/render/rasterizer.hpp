@@ -23,6 +23,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of rasterize().
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
     float z_near = 0.01F;                             ///< above 0; surfaces nearer than this depth are clipped
@@ -31,6 +32,7 @@ struct raster_options {
     image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
 };
 
+/// A drawn mesh. rasterize() makes it.
 struct rendering {
     image<std::uint8_t> color;     ///< H x W x 3: mean over the pixel's samples
     image<float> depth;            ///< H x W x 1: depth of the nearest sample along the view's axis; infinity in holes

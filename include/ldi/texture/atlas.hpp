@@ -10,22 +10,27 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/other_bytes.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of make_atlas().
 struct atlas_options {
     padding_options padding;
-    /// Maximum width and height of the atlas in texels. Every GPU of the last ten years supports the default.
+    /// Maximum width and height of the atlas in texels, at least 16; rounded down to a multiple of 16. Every GPU of the last ten
+    /// years supports the default.
     std::int32_t max_side = 8192;
 };
 
+/// The texture of a mesh, and the position of each chart in it. make_atlas() makes it.
 struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
@@ -43,7 +48,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const auto& g = layers.topology();
     const auto disparity = layers.template column<disparity_column>();
     const auto known = layers.template column<known_column>();
-    buffer<float> front(g.position_count(), 0.0F);
+    buffer<float> front(g.position_count(), -std::numeric_limits<float>::infinity());
     for (std::int32_t i = 0; i < g.count(); ++i) {
         float& nearest = front[g.position_of(i)];
         nearest = (std::max)(nearest, disparity[i]);
@@ -58,10 +63,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for a filter padding out of range; and mismatch
-/// for charts that do not belong to `layers`, or that have two pixels at one position. Time is linear in pixels and texels,
-/// except for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up
-/// to 32 bytes per pixel and per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for an option outside its range; and mismatch
+/// if an invariant of a view's graph does not hold, for charts that do not belong to `layers`, or that have two pixels at one
+/// position. Time is linear in pixels and texels, except for packing, whose time is proportional to the number of charts times
+/// the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -69,6 +74,12 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     if (padding < 1 || padding > max_filter_padding)
         raise(error_code::invalid_option, "filter_padding", "1 to " + std::to_string(max_filter_padding),
               std::to_string(padding));
+    if (options.padding.diffusion_rounds < 0)
+        raise(error_code::invalid_option, "diffusion_rounds", "0 or more", std::to_string(options.padding.diffusion_rounds));
+    if (options.max_side < macroblock_side)
+        raise(error_code::invalid_option, "atlas_options::max_side", "at least " + std::to_string(macroblock_side),
+              std::to_string(options.max_side));
+    check_topology(layers.topology(), "make_atlas");
     check_charts(charts, layers.topology(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) {

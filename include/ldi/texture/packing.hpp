@@ -17,11 +17,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Size of a rectangle, in the unit of the caller.
 struct rectangle_size {
     std::int32_t width = 0, height = 0;
     friend bool operator==(const rectangle_size&, const rectangle_size&) = default;
 };
 
+/// Position of a rectangle on its sheet.
 struct rectangle_corner {
     std::int32_t x = 0, y = 0;  ///< top left corner
 };

@@ -10,6 +10,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of lay_out_sheets() and max_chart_side().
 struct sheet_options {
     /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support 4096.
     std::int32_t max_side = 4096;
@@ -54,6 +55,7 @@ struct sheet_placement {
     std::int32_t photo_x = 0, photo_y = 0;  ///< photo pixel at the room's top left texel; may lie outside the photo
 };
 
+/// The sheets of a mesh, and the place of each chart on them. lay_out_sheets() makes it.
 struct sheet_layout {
     sheet_scale across, down;
     std::int32_t padding = 0;

@@ -78,6 +78,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
+    check_charts(charts, g, "lay_out_sheets");
     if (options.margin < 0 || 2 * std::int64_t{options.margin} >= (std::min)(g.width(), g.height()))
         raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
               std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <span>
 #include <string>
@@ -379,6 +380,26 @@ TEST_CASE("invalid network descriptions are refused with the name of the tensor"
     refuses(error_code::mismatch, [](auto& n) {
         n.operators.push_back({"layer 2", {0.02F, 1}, ldi::nearest_resize_description{1, 2}});
     });
+}
+
+TEST_CASE("depthwise biases of 2^30 and more are refused, and smaller ones saturate the result") {
+    constexpr std::int32_t limit = 1 << 30;
+    random_source random{std::mt19937(5)};
+    ldi::network_description network{"input", 4, {0.01F, 128}, {}, 1};
+    network.operators.push_back({"layer", {0.02F, 0}, any_convolution(random, 0, 4, 4, 3, 1, true)});
+    ldi::serial_executor serial;
+    for (const std::size_t output : {std::size_t{0}, std::size_t{3}})
+        for (const int sign : {-1, 1}) {
+            ldi::network_description changed = network;
+            std::int32_t& bias = convolution(changed).bias[output];
+            for (const std::int32_t refused : {limit, limit + 1, std::numeric_limits<std::int32_t>::max()}) {
+                bias = sign * refused;
+                CHECK(ldi::testing::raised([&] { ldi::quantized_network built(changed); }) == ldi::error_code::unsupported);
+            }
+            bias = sign * (limit - 1);
+            const image<std::uint8_t> result = ldi::quantized_network(changed).run(random.picture(4, 4, 4), serial);
+            CHECK(result(1, 1, output) == (sign < 0 ? 0 : 255));
+        }
 }
 
 TEST_CASE("inputs that a network cannot process are refused before memory is allocated") {

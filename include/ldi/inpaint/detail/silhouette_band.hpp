@@ -18,6 +18,9 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
+/// Maximum reach of a silhouette_band: distances fit in 16 bits.
+inline constexpr int max_band_width = 32767;
+
 /// A pixel side that lies on a silhouette, and unmixed colors of the surfaces in front and behind.
 struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
@@ -36,7 +39,7 @@ public:
     };
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
-    /// reach  upper limit of distances, exclusive
+    /// reach  upper limit of distances, exclusive; at most max_band_width
     silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];

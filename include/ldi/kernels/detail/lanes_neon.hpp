@@ -1,7 +1,6 @@
 // Shared parts of the NEON kernels: the dot product, products of tiles, requantization of 32-bit sums, and the loops of
-// convolutions. NEON has
-// instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to 4 instructions for 4
-// values, fewer than the float form on other instruction sets, and is exact for every scale.
+// convolutions. NEON has instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to
+// 4 instructions for 4 values, fewer than the float form on other instruction sets, and is exact for every scale.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>

@@ -28,7 +28,10 @@ inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { r
 
 /// Returns one byte per pixel: bit s is set if side s of the pixel has no neighbor in the same chart.
 ///
-/// g  in canonical order
+/// g         invariants hold
+/// chart_of  one chart per pixel
+///
+/// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order.
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();

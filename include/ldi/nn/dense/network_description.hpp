@@ -42,6 +42,7 @@ struct nearest_resize_description {
     std::size_t factor = 1;
 };
 
+/// An operator, and the quantization of its result.
 struct operator_description {
     std::string name;  ///< name of the result, for messages and observers
     quantization output;

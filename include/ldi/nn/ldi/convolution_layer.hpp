@@ -22,6 +22,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Options of convolution_layer.
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
@@ -29,6 +30,7 @@ struct convolution_options {
     isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
 
+/// A convolution with packed weights and an activation. Immutable, so that several threads can call it at the same time.
 class convolution_layer {
 public:
     /// Packs the weights.

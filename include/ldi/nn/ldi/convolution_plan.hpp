@@ -15,7 +15,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -127,7 +126,7 @@ inline plan_parts parts_of(convolution_plan plan) { return std::move(plan.parts_
 
 /// Returns the view. Raises mismatch if an invariant of `graph` does not hold.
 inline const graph_view& checked(const graph_view& g) {
-    if (const std::optional<violation> found = validate(g)) found->refuse("plan_convolution");
+    check_topology(g, "plan_convolution");
     return g;
 }
 

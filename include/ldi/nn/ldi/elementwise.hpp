@@ -46,6 +46,7 @@ void convert_values(const basic_feature_map<From>& from, basic_feature_map<To>& 
     });
 }
 
+/// Raises invalid_option unless the scale is above 0 and below 2^120.
 inline void check_scale(const char* where, float scale) {
     if (!(scale > 0.0F && scale < 0x1p120F))
         raise(error_code::invalid_option, where, "a scale above 0 and below 2^120", to_text(scale));
@@ -83,24 +84,25 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
     const four_floats zero{}, limit = zero + 9.5F, size = larger(x, -x);
     const four_floats magnitude = select(size > limit, limit, size);  // tanh(9.5) rounds to 1; NaN stays
     const four_floats square = magnitude * magnitude, twice = magnitude + magnitude;
-    four_floats near_zero = -5.70498872745e-3F * square + 2.06390887954e-2F;
+    const auto product = [](four_floats a, four_floats b) noexcept { return rounded_product(a, b); };
+    four_floats near_zero = product(zero - 5.70498872745e-3F, square) + 2.06390887954e-2F;
     for (const float coefficient : {-5.37397155531e-2F, 1.33314422036e-1F, -3.33332819422e-1F})
-        near_zero = near_zero * square + coefficient;
-    near_zero = near_zero * square * magnitude + magnitude;
+        near_zero = product(near_zero, square) + coefficient;
+    near_zero = product(near_zero * square, magnitude) + magnitude;
 
     constexpr float round = 12582912.0F;  // 1.5 * 2^23: adding it puts the nearest integer into the lowest bits
-    const four_floats shifted = twice * 1.44269504089F + round, power = shifted - round;
-    const four_floats r = (twice - power * 0.693359375F) + power * 2.12194440e-4F;
-    four_floats exponential = 1.9875691500e-4F * r + 1.3981999507e-3F;
+    const four_floats shifted = product(twice, zero + 1.44269504089F) + round, power = shifted - round;
+    const four_floats r = (twice - product(power, zero + 0.693359375F)) + product(power, zero + 2.12194440e-4F);
+    four_floats exponential = product(zero + 1.9875691500e-4F, r) + 1.3981999507e-3F;
     for (const float coefficient : {8.3334519073e-3F, 4.1665795894e-2F, 1.6666665459e-1F, 5.0000001201e-1F})
-        exponential = exponential * r + coefficient;
-    exponential = exponential * (r * r) + r + 1.0F;
+        exponential = product(exponential, r) + coefficient;
+    exponential = product(exponential, r * r) + r + 1.0F;
     std::array<std::uint32_t, wide> bits;
     std::memcpy(bits.data(), &shifted, sizeof shifted);
     for (std::uint32_t& b : bits) b = (b + 127U) << 23;  // 2^power
     four_floats scale;
     std::memcpy(&scale, bits.data(), sizeof scale);
-    const four_floats beyond = 1.0F - 2.0F / (exponential * scale + 1.0F);
+    const four_floats beyond = 1.0F - 2.0F / (product(exponential, scale) + 1.0F);
     const four_floats result = select(magnitude < zero + 0.625F, near_zero, beyond);
     return select(x < zero, -result, select(x > zero, result, x));  // zeros keep their sign
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -130,8 +131,7 @@ private:
     /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The first pixels of the
     /// runs have the disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
-        if (x != other_x) return x < other_x;
-        return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
+        return run_precedes(x, pixel, other_x, other, [this](std::int32_t border) { return disparity_[border]; });
     }
 
     /// Sets `lines` to the runs of row y, in the canonical order of the continued runs.

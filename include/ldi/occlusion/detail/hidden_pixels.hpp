@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -145,9 +146,7 @@ private:
             if (hidden_.left()[i] == no_pixel) hidden_starts[next[hidden_.y()[i]]++] = base_count_ + i;
 
         const auto before = [this](std::int32_t a, std::int32_t b) {
-            if (x(a) != x(b)) return x(a) < x(b);
-            if (disparity(a) != disparity(b)) return disparity(a) > disparity(b);
-            return a < b;
+            return run_precedes(x(a), a, x(b), b, [this](std::int32_t pixel) { return disparity(pixel); });
         };
         buffer<grown_piece> pieces;
         buffer<std::int32_t> starts;

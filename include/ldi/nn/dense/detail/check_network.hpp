@@ -16,6 +16,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
+inline constexpr std::int64_t max_depthwise_bias = (std::int64_t{1} << 30) - 1;  // limit of pack_depthwise_u8()
 
 /// Factor that converts sums in the accumulator's unit to the output's unit. The order of operations determines the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
@@ -28,7 +29,8 @@ struct checked_tensor {
     std::size_t channels;
 };
 
-inline void check_scale(const std::string& name, float scale) {
+/// Raises invalid_data unless the scale is a positive normal number.
+inline void check_tensor_scale(const std::string& name, float scale) {
     if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
         raise(error_code::invalid_data, name, "a positive scale", to_text(scale));
 }
@@ -39,15 +41,19 @@ inline const checked_tensor& checked_input(const std::string& name, const buffer
     return tensors[input];
 }
 
-/// Raises an error unless every output's sum fits in 32 bits in any order of summation, with the input's zero point folded into
-/// the bias.
+/// Raises unsupported for a depthwise bias that the kernels do not accept. Raises unsupported unless every output's sum fits in
+/// 32 bits in any order of summation, with the input's zero point folded into the bias.
 inline void check_accumulators(const std::string& name, const convolution_description& c) {
     const std::size_t inputs = c.weights.size() / c.bias.size();
     for (std::size_t o = 0; o < c.bias.size(); ++o) {
+        const std::int64_t bias = std::abs(std::int64_t{c.bias[o]});
+        if (c.depthwise && bias > max_depthwise_bias)
+            raise(error_code::unsupported, name, "depthwise biases between -2^30 and 2^30",
+                  std::to_string(c.bias[o]) + " in output " + std::to_string(o));
         std::int64_t sum = 0;
         for (std::size_t i = 0; i < inputs; ++i)
             sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
-        const std::int64_t max_sum = 510 * sum + std::abs(std::int64_t{c.bias[o]});
+        const std::int64_t max_sum = 510 * sum + bias;
         if (max_sum > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
                   "up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
@@ -71,7 +77,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
         raise(error_code::mismatch, place, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
-    check_scale(place + " weights", c.weight_quantization.scale);
+    check_tensor_scale(place + " weights", c.weight_quantization.scale);
     const float scale = requantization_scale(input.values, c.weight_quantization, output);
     if (!is_requantization_scale(scale))
         raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", to_text(scale));
@@ -107,11 +113,11 @@ inline void check_network(const network_description& network) {
     if (network.input_channels == 0 || network.input_channels > max_channels)
         raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
               std::to_string(network.input_channels));
-    check_scale(input, network.input.scale);
+    check_tensor_scale(input, network.input.scale);
     buffer<checked_tensor> tensors{{network.input, network.input_channels}};
     for (const operator_description& op : network.operators) {
         const std::string place = place_in(network.where, op.name);
-        check_scale(place, op.output.scale);
+        check_tensor_scale(place, op.output.scale);
         const std::size_t channels =
             std::visit([&](const auto& kind) { return check_operator(place, op.output, kind, tensors); }, op.kind);
         tensors.push_back({op.output, channels});

@@ -235,9 +235,9 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     // Each block computes its irregular outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count() + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
-        convolution_block thread(job);
+        convolution_block worker(job);
         for (std::size_t b = first; b < last; ++b)
-            thread.run(static_cast<std::int32_t>(b * block),
+            worker.run(static_cast<std::int32_t>(b * block),
                        static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count())));
     });
 }

@@ -1,0 +1,38 @@
+// Checks of the shapes of depth maps, which the stages of depth/ share.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/core/image.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Raises mismatch unless the map has one channel or no rows or columns.
+///
+/// where  name of the stage
+inline void check_map(image_view<const float> map, const char* where) {
+    if (map.height() > 0 && map.width() > 0 && map.channels() != 1)
+        raise(error_code::mismatch, where, "a map H x W x 1", shape_text(map));
+}
+
+/// Raises too_large for a map with 2^31 pixels or more, whose pixels have no index in 32 bits.
+inline void check_pixel_count(image_view<const float> map, const char* where) {
+    constexpr std::size_t limit = (std::numeric_limits<std::int32_t>::max)();
+    if ((std::max)(map.height(), map.width()) > limit || (map.height() > 0 && map.width() > limit / map.height()))
+        raise(error_code::too_large, where, "fewer than 2^31 pixels", shape_text(map));
+}
+
+/// Raises mismatch unless the map is H x W x 1 and the photo H x W x 3.
+inline void check_map_and_photo(image_view<const float> map, image_view<const std::uint8_t> photo, const char* where) {
+    if (map.height() != photo.height() || map.width() != photo.width() || map.channels() != 1 || photo.channels() != 3)
+        raise(error_code::mismatch, where, "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
+              shape_text(map) + " and " + shape_text(photo));
+}
+
+}}}  // namespace ldi::detail
