@@ -30,7 +30,7 @@ struct arguments {
     std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false, is_paper = false;
-    bool takes_depth_of_photo = false;  // uses depth inside or beside the photo; set by find_weights()
+    bool uses_depth_of_photo = false;  // uses depth inside or beside the photo; set by find_weights()
     std::size_t long_side = photo3d_options().long_side, geometry_side = photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
@@ -65,7 +65,7 @@ inline void check_weights(const arguments& a) {
 
 /// Finds the weights that no option names.
 inline void find_weights(arguments& a, const std::filesystem::path& data) {
-    a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
+    a.uses_depth_of_photo = a.depth.empty() && a.depth_model.empty();
     if (a.depth == "none") a.depth.clear();
     a.data = data;
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
@@ -81,7 +81,7 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
     };
     if (needs_depth) {
         a.depth_model = folders.find(depth_weights).value_or("");
-        if (a.depth_model.empty() && !a.takes_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
+        if (a.depth_model.empty() && !a.uses_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
     }
     if (needs_inpainting) {
         a.inpainting_model = folders.find(inpainting_weights).value_or("");

@@ -54,7 +54,7 @@ inline std::string manual(const CLI::App& app, const std::string& version) {
             page += ".I " + roff(option->get_name(true)) + "\n";
         } else {
             page += ".B " + roff(joined(names_of(*option), ", "));
-            if (takes_value(*option)) page += " \\fI" + roff(value_of(*option)) + "\\fR";
+            if (accepts_value(*option)) page += " \\fI" + roff(value_of(*option)) + "\\fR";
             page += "\n";
         }
         page += roff(full_description(*option)) + "\n";
@@ -98,7 +98,7 @@ inline std::string zsh_completion(const CLI::App& app) {
         for (const std::string& name : names_of(*option)) {
             const std::vector<std::string> words = words_of(*option);
             std::string line = name + "[";
-            std::string value = !takes_value(*option) ? ""
+            std::string value = !accepts_value(*option) ? ""
                                 : words.empty()       ? ":value:_files"
                                                       : ":value:(" + joined(words, " ") + ")";
             std::string description = quoted(option->get_description(), "[]:\\");
@@ -115,7 +115,7 @@ inline std::string fish_completion(const CLI::App& app) {
         text += "complete -c photo3d";
         for (const std::string& name : option->get_snames()) text += " -s " + name;
         for (const std::string& name : option->get_lnames()) text += " -l " + name;
-        if (takes_value(*option)) text += words.empty() ? " -r" : " -x -a " + quoted(joined(words, " "), "\\");
+        if (accepts_value(*option)) text += words.empty() ? " -r" : " -x -a " + quoted(joined(words, " "), "\\");
         std::string description;
         for (const char c : option->get_description()) description += c == '\'' ? std::string("\\'") : std::string(1, c);
         text += " -d '" + description + "'\n";

@@ -59,7 +59,7 @@ struct decoding_cost {
                   const std::string& depth_name) {
         const decoding_estimate stored = estimate_photo(photo, a.reading(), name);
         height = stored.height, width = stored.width;
-        decoding = a.takes_depth_of_photo ? estimate_photo_with_depth(photo, a.reading(), name).memory : stored.memory;
+        decoding = a.uses_depth_of_photo ? estimate_photo_with_depth(photo, a.reading(), name).memory : stored.memory;
         depth_map_options options = a.depth_map;
         options.formats = a.reading().formats;
         if (!depth.empty()) decoding += estimate_depth_map(depth, options, depth_name).memory;

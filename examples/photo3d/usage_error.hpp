@@ -23,7 +23,7 @@ inline std::string expected_value(const CLI::Option& option) {
 
 /// Returns the message for a flag with a value that is not true or false; empty if there is none.
 inline std::string invalid_flag(const CLI::Option& option) {
-    if (takes_value(option)) return {};
+    if (accepts_value(option)) return {};
     for (const std::string& given : option.results()) {
         bool value = false;
         if (!CLI::detail::lexical_cast(given, value))

@@ -35,7 +35,7 @@ class worker_metrics {
 
 public:
     prometheus::Counter& converted = photos("converted");
-    prometheus::Counter& found_done = photos("found done");  // an earlier delivery of the message had converted it
+    prometheus::Counter& already_done = photos("already_done");  // an earlier delivery of the message had converted it
     prometheus::Counter& bytes_read = counter("photo3d_read_bytes_total", "Bytes of photos that were read.");
     prometheus::Counter& bytes_written = counter("photo3d_written_bytes_total", "Bytes of GLB files that were written.");
     prometheus::Counter& messages = counter("photo3d_messages_total", "Messages that were acknowledged.");

@@ -245,7 +245,7 @@ private:
 
 int main(int count, char** values) {
     using namespace ldi::examples;
-    spare_memory::put_by();
+    spare_memory::reserve();
     CLI::App app("Sends photos to workers, and collects the results.");
     queue_options options;
     const auto now = std::chrono::system_clock::now().time_since_epoch();

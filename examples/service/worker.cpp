@@ -139,7 +139,7 @@ private:
 
     void convert() try {
         while (std::optional<task> next = tasks_.pop()) {
-            spare_memory::put_by();
+            spare_memory::reserve();
             if (next->connection == connection_ && !is_ending)
                 finished_.push({next->connection, next->message.tag, job_.work_on(next->message)});
         }
@@ -204,7 +204,7 @@ void read_conversion_options(std::vector<std::string> options, const std::filesy
 
 int main(int count, char** values) {
     using namespace ldi::examples;
-    spare_memory::put_by();
+    spare_memory::reserve();
     CLI::App app;
     worker_options options;
     arguments a;

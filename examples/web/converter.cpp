@@ -231,7 +231,7 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
             return;
         }
         const ldi::picture_header header = ldi::detail::read_plain_header(file, name);
-        ldi::detail::decoding_budget({}, {}, size).take(header, name);
+        ldi::detail::decoding_budget({}, {}, size).charge(header, name);
         const bool has_profile = header.format == picture_format::png ? !ldi::detail::png_profile(header.profile_chunk).empty()
                                                                       : !ldi::detail::jpeg_profile(header.extensions).empty();
         if (has_profile) decoder = 2;

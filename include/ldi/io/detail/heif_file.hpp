@@ -119,7 +119,7 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     for (const heif_item_id id : identifiers) {
         const std::size_t size = heif_image_handle_get_metadata_size(handle, id);
         if (size == 0 || size > limit) continue;
-        budget.take(nearest_double(size), where, "metadata of " + std::to_string(size) + " bytes");
+        budget.charge(nearest_double(size), where, "metadata of " + std::to_string(size) + " bytes");
         std::vector<std::byte> block(size);
         if (heif_image_handle_get_metadata(handle, id, block.data()).code == heif_error_Ok) blocks.push_back(std::move(block));
     }

@@ -64,7 +64,7 @@ inline std::optional<located_depth> locate_gdepth(const xmp_properties& xmp, dec
     const std::string here = where + ", GDepth";
     const depth_meaning meaning = google_meaning(xmp, space, here);
     const std::size_t written = data->size() + confidence.value_or("").size();
-    budget.take(nearest_double(written), here, "base64 text of " + std::to_string(written) + " bytes");
+    budget.charge(nearest_double(written), here, "base64 text of " + std::to_string(written) + " bytes");
     located_depth found{{},
                         {},
                         meaning,
@@ -186,7 +186,7 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
         const std::string here = where + ", picture " + std::to_string(++count);
         // Charges each listed picture, because the search for its end reads the whole picture. A hostile file may list the same
         // picture many times.
-        budget.take(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
+        budget.charge(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
         xmp_properties xmp;
         add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);
         if (const std::optional<depth_meaning> meaning = apple_meaning(xmp))
