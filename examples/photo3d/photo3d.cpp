@@ -210,8 +210,7 @@ int run_program(int count, char** values) {
         print_text(e.what());
         return exit_done;
     } catch (const CLI::ParseError& e) {
-        say(usage_error(app, e, count, values) + " (photo3d --help lists all options)");
-        return exit_usage;
+        return say_usage_error(app, e, {values + 1, values + count}, "photo3d");
     }
     if (a.batch) return run_batch(a, data);
     output_files files;
