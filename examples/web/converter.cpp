@@ -245,7 +245,8 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
         const std::span<const std::byte> file = bytes_of(data, size);
         std::string found = ldi::describe_format(file);
         if (ldi::detail::is_heif(file))
-            found += ", whose reader only the page's server has: open the page from a server, or save the photo as JPEG";
+            found +=
+                ", which this page reads only if it comes from a server: open the page from a server, or save the photo as JPEG";
         raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
               "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads", found);
     });

@@ -158,7 +158,7 @@ namespace detail::inline LDI_READERS {
         ", GIF, BMP or PNG file";
     std::string found = describe_format(bytes);
     if (is_heif(bytes) || is_webp(bytes) || is_tiff(bytes))
-        found += ", which this build does not read: its library was not there when ldi was configured";
+        found += ", which this build does not read: its library was missing when ldi was configured";
     raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, expected, found);
 }
 
