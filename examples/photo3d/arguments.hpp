@@ -27,7 +27,7 @@ struct arguments {
     std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, silhouette_model, stages, report, data,
         stereo_image, usdz, gallery;
     bool batch = false, skip_existing = false, embed = false;
-    std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
+    std::uint64_t memory = 0;  // bytes; 0: half of available_memory()
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false, is_paper = false;
     bool uses_depth_of_photo = false;  // uses depth inside or beside the photo; set by find_weights()
@@ -75,17 +75,19 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
     check_weights(a);
     if (!needs_depth && !needs_inpainting) return;
     const model_folders folders(data);
-    const auto missing = [&](const char* options, const char* file) {
-        raise(error_code::invalid_option, "photo3d", std::string(options) + ", or " + file + " in " + folders.text(),
+    const auto missing = [&](const char* network, const char* options, const char* file) {
+        raise(error_code::invalid_option, network, std::string(options) + ", or " + file + " in " + folders.text(),
               "none of these");
     };
     if (needs_depth) {
         a.depth_model = folders.find(depth_weights).value_or("");
-        if (a.depth_model.empty() && !a.uses_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
+        if (a.depth_model.empty() && !a.uses_depth_of_photo)
+            missing("depth network", "--depth FILE, or --depth-model PATH", depth_weights);
     }
     if (needs_inpainting) {
         a.inpainting_model = folders.find(inpainting_weights).value_or("");
-        if (a.inpainting_model.empty() && a.inpaint == "network") missing("--inpainting-model FILE", inpainting_weights);
+        if (a.inpainting_model.empty() && a.inpaint == "network")
+            missing("inpainting network", "--inpainting-model FILE", inpainting_weights);
     }
 }
 

@@ -118,7 +118,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
     input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
                                  : decode_photo_with_map(photo, depth, a.reading(), name, depth_name);
     if (!input.depth && !networks.depth)
-        raise(error_code::invalid_option, "photo3d",
+        raise(error_code::invalid_option, name,
               std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +
                   model_folders(a.data).text(),
               "none of these" + (input.refused.empty() ? "" : " (the depth map was not used: " + input.refused + ")"));
@@ -132,7 +132,8 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
 ///
 /// input  its depth map is moved out; its colors are released unless texture_of() draws sheets from them
 template <executor Executor>
-photo3d convert(const arguments& a, photo_with_depth& input, const networks& networks, stage_clock& clock, Executor& threads) try {
+photo3d convert(const arguments& a, photo_with_depth& input, const networks& networks, stage_clock& clock,
+                Executor& threads) try {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
     image<std::uint8_t>& photo = input.photo.color;

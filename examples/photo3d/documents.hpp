@@ -44,7 +44,7 @@ inline std::string roff(std::string_view text) {
 inline std::string manual(const CLI::App& app, const std::string& version) {
     std::string page =
         ".TH PHOTO3D 1 \"\" \"" + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
-        "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.IR PHOTO ...\n.RI [ OPTION ...]\n.SH DESCRIPTION\n" +
+        "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.RI [ OPTION ...]\n.IR PHOTO ...\n.SH DESCRIPTION\n" +
         roff(app.get_description()) + "\n.SH OPTIONS\n";
     std::string group;
     for (const CLI::Option* option : options_by_group(app)) {
@@ -99,8 +99,8 @@ inline std::string zsh_completion(const CLI::App& app) {
             const std::vector<std::string> words = words_of(*option);
             std::string line = name + "[";
             std::string value = !accepts_value(*option) ? ""
-                                : words.empty()       ? ":value:_files"
-                                                      : ":value:(" + joined(words, " ") + ")";
+                                : words.empty()         ? ":value:_files"
+                                                        : ":value:(" + joined(words, " ") + ")";
             std::string description = quoted(option->get_description(), "[]:\\");
             text += "    '" + line + description.substr(1, description.size() - 2) + "]" + value + "' \\\n";
         }

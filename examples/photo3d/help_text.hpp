@@ -10,7 +10,7 @@
 
 namespace ldi::examples {
 
-inline constexpr const char* usage_text = "photo3d [OPTION...] PHOTO";
+inline constexpr const char* usage_text = "photo3d [OPTION...] PHOTO...";
 
 inline std::string joined(const std::vector<std::string>& words, const char* between_them) {
     std::string text;
