@@ -27,10 +27,10 @@ struct arguments {
     std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, silhouette_model, stages, report, data,
         stereo_image, usdz, gallery;
     bool batch = false, skip_existing = false, embed = false;
-    std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
+    std::uint64_t memory = 0;  // bytes; 0: half of available_memory()
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false, is_paper = false;
-    bool takes_depth_of_photo = false;  // uses depth inside or beside the photo; set by find_weights()
+    bool uses_depth_of_photo = false;  // uses depth inside or beside the photo; set by find_weights()
     std::size_t long_side = photo3d_options().long_side, geometry_side = photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
@@ -65,7 +65,7 @@ inline void check_weights(const arguments& a) {
 
 /// Finds the weights that no option names.
 inline void find_weights(arguments& a, const std::filesystem::path& data) {
-    a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
+    a.uses_depth_of_photo = a.depth.empty() && a.depth_model.empty();
     if (a.depth == "none") a.depth.clear();
     a.data = data;
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
@@ -75,17 +75,19 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
     check_weights(a);
     if (!needs_depth && !needs_inpainting) return;
     const model_folders folders(data);
-    const auto missing = [&](const char* options, const char* file) {
-        raise(error_code::invalid_option, "photo3d", std::string(options) + ", or " + file + " in " + folders.text(),
+    const auto missing = [&](const char* network, const char* options, const char* file) {
+        raise(error_code::invalid_option, network, std::string(options) + ", or " + file + " in " + folders.text(),
               "none of these");
     };
     if (needs_depth) {
         a.depth_model = folders.find(depth_weights).value_or("");
-        if (a.depth_model.empty() && !a.takes_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
+        if (a.depth_model.empty() && !a.uses_depth_of_photo)
+            missing("depth network", "--depth FILE, or --depth-model PATH", depth_weights);
     }
     if (needs_inpainting) {
         a.inpainting_model = folders.find(inpainting_weights).value_or("");
-        if (a.inpainting_model.empty() && a.inpaint == "network") missing("--inpainting-model FILE", inpainting_weights);
+        if (a.inpainting_model.empty() && a.inpaint == "network")
+            missing("inpainting network", "--inpainting-model FILE", inpainting_weights);
     }
 }
 

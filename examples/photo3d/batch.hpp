@@ -68,9 +68,9 @@ struct batch_job {
 
 class batch {
 public:
-    batch(const arguments& a, const networks& by, sets_in_work& sets, const interruption& signals)
+    batch(const arguments& a, const networks& networks, active_sets& sets, const interruption& signals)
         : arguments_(a),
-          by_(by),
+          networks_(networks),
           sets_(sets),
           signals_(signals),
           workers_(a.threads != 0 ? a.threads : std::max(std::thread::hardware_concurrency(), 1U)),
@@ -102,8 +102,8 @@ private:
     void stop(const failure& why);
 
     const arguments& arguments_;
-    const networks& by_;
-    sets_in_work& sets_;
+    const networks& networks_;
+    active_sets& sets_;
     const interruption& signals_;
     std::size_t workers_, next_index_ = 0;
     batch_log log_;
@@ -231,7 +231,7 @@ inline void batch::work() {
 }
 
 inline void batch::work_on(job_pointer job) try {
-    spare_memory::put_by();
+    spare_memory::reserve();
     if (!is_stopped_) {
         metered_memory memory(job->memory, job->held);
         try {
@@ -279,9 +279,9 @@ inline void batch::convert(batch_job& job, const memory& memory) {
     thread_pool self(1);
     const photo_files& names = job.names;
     clock.begin("reading photo");
-    photo_with_depth input = decode_input(arguments_, names, job.photo, job.depth, by_, self);
+    photo_with_depth input = decode_input(arguments_, names, job.photo, job.depth, networks_, self);
     const memory_scope scope(memory);
-    const photo3d made = examples::convert(arguments_, input, by_, clock, self);
+    const photo3d made = examples::convert(arguments_, input, networks_, clock, self);
     const photo_texture texture = texture_of(made, input, arguments_, self);
     const encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
     const nlohmann::ordered_json report = report_on(made, encoded, input, arguments_, clock);
@@ -349,15 +349,15 @@ inline exit_code run_batch(arguments& a, const std::filesystem::path& data) {
     // Shares freed memory between threads; otherwise each thread keeps as much as its largest photo needed.
     mallopt(M_ARENA_MAX, 1);
 #endif
-    sets_in_work sets;
+    active_sets sets;
     const interruption signals([&sets] { sets.discard(); });
     try {
         check_batch_options(a);
         find_weights(a, data);
         stage_clock clock(true);
-        const networks by = load_networks(a, clock);
-        if (by.depth) by.depth.read();  // reports invalid weights before the first photo
-        return batch(a, by, sets, signals).run();
+        const networks networks = load_networks(a, clock);
+        if (networks.depth) networks.depth.read();  // reports invalid weights before the first photo
+        return batch(a, networks, sets, signals).run();
     } catch (...) {
         signals.end_if_signaled();
         return say_failure();

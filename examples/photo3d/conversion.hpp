@@ -83,7 +83,7 @@ struct photo_files {
 
 /// Finds the depth map beside the photo, unless an option names one or excludes it.
 inline void find_map_beside(photo_files& names, const arguments& a) {
-    if (a.takes_depth_of_photo && names.depth.empty() && names.are_files && !is_standard(names.photo))
+    if (a.uses_depth_of_photo && names.depth.empty() && names.are_files && !is_standard(names.photo))
         names.beside = depth_map_beside(names.photo);
 }
 
@@ -97,7 +97,7 @@ inline const std::filesystem::path& map_file(const photo_files& names) {
 /// photo, depth  bytes of the photo's file and of map_file(names); depth is empty if there is no map
 template <executor Executor>
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
-                              std::span<const std::byte> depth, const networks& by, Executor& threads) {
+                              std::span<const std::byte> depth, const networks& networks, Executor& threads) {
     const std::string name = name_of_input(names.photo), depth_name = name_of_input(map_file(names));
     photo_with_depth input;
     if (!names.depth.empty()) {
@@ -111,20 +111,20 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
         check_fits(input.depth->disparity, input.photo.color, depth_name);
         return input;
     }
-    if (!a.takes_depth_of_photo) {
+    if (!a.uses_depth_of_photo) {
         input.photo = decode_photo(photo, a.reading(), name);
         return input;
     }
     input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
                                  : decode_photo_with_map(photo, depth, a.reading(), name, depth_name);
-    if (!input.depth && !by.depth)
-        raise(error_code::invalid_option, "photo3d",
+    if (!input.depth && !networks.depth)
+        raise(error_code::invalid_option, name,
               std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +
                   model_folders(a.data).text(),
               "none of these" + (input.refused.empty() ? "" : " (the depth map was not used: " + input.refused + ")"));
     if (!input.depth) return input;
     input.depth->disparity = fill_invalid(shrink_depth_map(std::move(input.depth->disparity)), input.depth->source);
-    if (input.depth->is_white_near_a_guess && by.depth) invert_as_seen(input, by.depth.read(), threads);
+    if (input.depth->is_white_near_a_guess && networks.depth) invert_as_seen(input, networks.depth.read(), threads);
     return input;
 }
 
@@ -132,19 +132,20 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
 ///
 /// input  its depth map is moved out; its colors are released unless texture_of() draws sheets from them
 template <executor Executor>
-photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) try {
+photo3d convert(const arguments& a, photo_with_depth& input, const networks& networks, stage_clock& clock,
+                Executor& threads) try {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
     image<std::uint8_t>& photo = input.photo.color;
-    const network_decider silhouettes(by.silhouettes ? &*by.silhouettes : nullptr, options.alignment);
+    const network_decider silhouettes(networks.silhouettes ? &*networks.silhouettes : nullptr, options.alignment);
     const auto with = [&](const auto& inpainter) {
         cleaned_photo cleaned =
             input.depth ? clean_depth(photo, given_disparity{std::move(input.depth->disparity)}, silhouettes, options, threads)
-                        : clean_depth(photo, by.depth.read(), silhouettes, options, threads);
+                        : clean_depth(photo, networks.depth.read(), silhouettes, options, threads);
         if (!needs_sheets(photo, a.long_side, a.geometry_side)) photo = {};  // a phone's photo needs as much memory as all layers
         return make_photo3d(std::move(cleaned), photo_columns<>(), inpainter, options, threads);
     };
-    photo3d made = by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
+    photo3d made = networks.inpainting ? with(*networks.inpainting) : with(diffusion_inpainter());
     made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces independently of --motion
     return made;
 } catch (const error& failed) {  // the stages do not know the name of the depth map

@@ -44,7 +44,7 @@ inline std::string roff(std::string_view text) {
 inline std::string manual(const CLI::App& app, const std::string& version) {
     std::string page =
         ".TH PHOTO3D 1 \"\" \"" + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
-        "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.IR PHOTO ...\n.RI [ OPTION ...]\n.SH DESCRIPTION\n" +
+        "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.RI [ OPTION ...]\n.IR PHOTO ...\n.SH DESCRIPTION\n" +
         roff(app.get_description()) + "\n.SH OPTIONS\n";
     std::string group;
     for (const CLI::Option* option : options_by_group(app)) {
@@ -54,7 +54,7 @@ inline std::string manual(const CLI::App& app, const std::string& version) {
             page += ".I " + roff(option->get_name(true)) + "\n";
         } else {
             page += ".B " + roff(joined(names_of(*option), ", "));
-            if (takes_value(*option)) page += " \\fI" + roff(value_of(*option)) + "\\fR";
+            if (accepts_value(*option)) page += " \\fI" + roff(value_of(*option)) + "\\fR";
             page += "\n";
         }
         page += roff(full_description(*option)) + "\n";
@@ -98,9 +98,9 @@ inline std::string zsh_completion(const CLI::App& app) {
         for (const std::string& name : names_of(*option)) {
             const std::vector<std::string> words = words_of(*option);
             std::string line = name + "[";
-            std::string value = !takes_value(*option) ? ""
-                                : words.empty()       ? ":value:_files"
-                                                      : ":value:(" + joined(words, " ") + ")";
+            std::string value = !accepts_value(*option) ? ""
+                                : words.empty()         ? ":value:_files"
+                                                        : ":value:(" + joined(words, " ") + ")";
             std::string description = quoted(option->get_description(), "[]:\\");
             text += "    '" + line + description.substr(1, description.size() - 2) + "]" + value + "' \\\n";
         }
@@ -115,7 +115,7 @@ inline std::string fish_completion(const CLI::App& app) {
         text += "complete -c photo3d";
         for (const std::string& name : option->get_snames()) text += " -s " + name;
         for (const std::string& name : option->get_lnames()) text += " -l " + name;
-        if (takes_value(*option)) text += words.empty() ? " -r" : " -x -a " + quoted(joined(words, " "), "\\");
+        if (accepts_value(*option)) text += words.empty() ? " -r" : " -x -a " + quoted(joined(words, " "), "\\");
         std::string description;
         for (const char c : option->get_description()) description += c == '\'' ? std::string("\\'") : std::string(1, c);
         text += " -d '" + description + "'\n";

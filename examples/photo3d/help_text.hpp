@@ -10,7 +10,7 @@
 
 namespace ldi::examples {
 
-inline constexpr const char* usage_text = "photo3d [OPTION...] PHOTO";
+inline constexpr const char* usage_text = "photo3d [OPTION...] PHOTO...";
 
 inline std::string joined(const std::vector<std::string>& words, const char* between_them) {
     std::string text;
@@ -18,7 +18,7 @@ inline std::string joined(const std::vector<std::string>& words, const char* bet
     return text;
 }
 
-inline bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
+inline bool accepts_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
 /// Lists the accepted words of an option, from the description of one_of(): {a,b}. Empty if other values are accepted.
 inline std::vector<std::string> words_of(const CLI::Option& option) {
@@ -98,7 +98,7 @@ public:
     std::string make_option(const CLI::Option* option, bool is_positional) const override {
         constexpr std::size_t indent = 26;
         std::string head = "  " + (is_positional ? option->get_name(true) : joined(names_of(*option), ", "));
-        if (!is_positional && takes_value(*option)) head += " " + value_of(*option);
+        if (!is_positional && accepts_value(*option)) head += " " + value_of(*option);
         if (head.size() + 2 > indent)
             head += "\n" + std::string(indent, ' ');
         else

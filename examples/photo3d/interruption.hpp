@@ -116,7 +116,7 @@ private:
 #endif
 
 /// Sets of files that are being written. A signal discards all of them.
-class sets_in_work {
+class active_sets {
 public:
     void add(file_set& files) {
         const std::lock_guard lock(mutex_);

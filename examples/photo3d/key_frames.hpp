@@ -79,7 +79,7 @@ private:
             case nlohmann::json::value_t::null: return "null";
             case nlohmann::json::value_t::object: return "an object";
             case nlohmann::json::value_t::array: return "a list";
-            case nlohmann::json::value_t::string: return "a text";
+            case nlohmann::json::value_t::string: return "a string";
             case nlohmann::json::value_t::boolean: return "true or false";
             default: return "a number";
         }

@@ -59,7 +59,7 @@ struct decoding_cost {
                   const std::string& depth_name) {
         const decoding_estimate stored = estimate_photo(photo, a.reading(), name);
         height = stored.height, width = stored.width;
-        decoding = a.takes_depth_of_photo ? estimate_photo_with_depth(photo, a.reading(), name).memory : stored.memory;
+        decoding = a.uses_depth_of_photo ? estimate_photo_with_depth(photo, a.reading(), name).memory : stored.memory;
         depth_map_options options = a.depth_map;
         options.formats = a.reading().formats;
         if (!depth.empty()) decoding += estimate_depth_map(depth, options, depth_name).memory;
@@ -96,8 +96,8 @@ inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes,
 /// Admits photos while they fit in memory. Memory that the process already uses at construction counts as used.
 class memory_budget {
 public:
-    /// bytes  0: half of the machine's memory
-    explicit memory_budget(std::size_t bytes) : limit_(bytes != 0 ? bytes : memory_of_machine() / 2), used_(memory_in_use()) {}
+    /// bytes  0: half of available_memory()
+    explicit memory_budget(std::size_t bytes) : limit_(bytes != 0 ? bytes : available_memory() / 2), used_(memory_in_use()) {}
 
     /// Raises too_large for a request that exceeds the whole budget.
     void check(std::size_t bytes, const std::string& name) const {

@@ -35,8 +35,7 @@ inline std::vector<std::string> notes_on(const photo3d& made, std::size_t hidden
     if (made.facts.motion < a.motion) {
         char motions[80];
         std::snprintf(motions, sizeof motions,
-                      "the camera moves by at most %.3f of the long side, not %.3f: ", double{made.facts.motion},
-                      double{a.motion});
+                      "the parallax is at most %.3f of the long side, not %.3f: ", double{made.facts.motion}, double{a.motion});
         notes.push_back(motions + (a.is_paper ? std::string("--preset paper grows hidden surfaces by at most 50 pixels.")
                                               : "its depth (" + depth +
                                                     ") needs more hidden surfaces than the limit. A smoother depth map needs "

@@ -5,6 +5,7 @@
 #include "compression.hpp"
 #include "data_files.hpp"
 #include "option_checks.hpp"
+#include "outputs.hpp"
 #include "parts.hpp"
 #include "video.hpp"
 
@@ -34,16 +35,22 @@ inline void describe_compression(CLI::App& app, compression_choice& c) {
         ->capture_default_str();
 }
 
+/// Path of a file or folder of the program's data for texts. It is relative in texts for any machine, such as the manual page.
+inline std::string shown_place(const std::filesystem::path& place) {
+    return place.string() + (place.is_relative() ? " (relative to the program)" : "");
+}
+
 /// Adds the photo, and the options of all outputs except videos.
 inline void describe_files(CLI::App& app, arguments& a) {
     const CLI::Validator named = examples::named();
-    app.option_defaults()->group("Output");
+    app.option_defaults()->group("Input");
     app.add_option(
            "PHOTO", a.photos,
            "JPEG, PNG, GIF or BMP; HEIC, AVIF, WebP and TIFF if ldi was built with their libraries; - for standard input. "
            "With --batch, any number of photos, folders and lists")
         ->required()
         ->check(named);
+    app.option_defaults()->group("Output");
     app.add_option("-o,--output", a.output,
                    "GLB file to write, - for standard output. Without any output option, photo3d writes PHOTO.glb and, if the "
                    "viewer is built, PHOTO.html, beside the photo")
@@ -53,7 +60,7 @@ inline void describe_files(CLI::App& app, arguments& a) {
     app.add_option("--viewer", a.viewer, "viewer for HTML files, built by examples/viewer/build.sh")
         ->type_name("FILE")
         ->check(named)
-        ->capture_default_str();
+        ->default_str(shown_place(a.viewer));
     app.add_option("--usdz", a.usdz, "USDZ file to write, which iPhones, iPads and Macs show without an app")
         ->type_name("FILE")
         ->check(named);
@@ -88,7 +95,7 @@ inline void describe_depth(CLI::App& app, arguments& a) {
            "meaning of the map's values: disparity (nearness, the default) or distance in meters")
         ->check(one_of({"disparity", "meters"}))
         ->needs(depth);
-    app.add_option("--depth-scale", a.depth_map.scale, "factor of the map's values, 0.001 for millimeters")
+    app.add_option("--depth-scale", a.depth_map.scale, "factor of the distances of --depth-kind meters, 0.001 for millimeters")
         ->type_name("NUMBER")
         ->check(positive())
         ->needs(depth);
@@ -196,7 +203,7 @@ inline void describe_batch(CLI::App& app, arguments& a) {
         ->needs(batch);
     app.add_option("--memory", a.memory,
                    "memory limit of a batch, such as 2GB, which limits the number of photos converted at the same time; "
-                   "default: half of the machine's memory")
+                   "default: half of the machine's memory, or of a container's limit if that is smaller")
         ->transform(memory_size())
         ->type_name("SIZE")
         ->needs(batch);
@@ -232,7 +239,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.set_help_flag();  // describe_program() adds it at the end
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
     app.footer(std::string("Unless an option names weights, photo3d looks for them in the folder named by ") +
-               model_folders::variable + ", then in " + (data / "models").string() + ": " + depth_weights + " and " +
+               model_folders::variable + ", then in " + shown_place(data / "models") + ": " + depth_weights + " and " +
                inpainting_weights + ". It uses silhouettes.safetensors only if --silhouette-model names it.");
     describe_files(app, a);
     describe_video(app, a.video);
@@ -243,7 +250,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     describe_program(app, a);
 }
 
-/// Rejects options that another option would ignore. Raises CLI::ValidationError.
+/// Rejects options that would have no effect beside the others. Raises CLI::ValidationError.
 inline void check_effects(const CLI::App& app, const arguments& a) {
     const auto refuse = [&](const char* choice, std::initializer_list<const char*> ignored) {
         for (const char* const option : ignored)
@@ -256,6 +263,18 @@ inline void check_effects(const CLI::App& app, const arguments& a) {
     if (a.depth_map.kind == depth_map_kind::meters)
         refuse("--depth-kind meters", {"--depth-near-is-black", "--depth-is-inverse"});
     if (a.inpaint == "diffusion") refuse("--inpaint diffusion", {"--inpainting-model", "--arithmetic"});
+
+    const auto require = [&](bool is_there, const char* expected, const char* found, std::initializer_list<const char*> useless) {
+        for (const char* const option : useless)
+            if (!is_there && app.count(option) > 0)
+                throw CLI::ValidationError(option, std::string("expected ") + expected + " beside it, found " + found);
+    };
+    require(a.depth_map.kind == depth_map_kind::meters, "--depth-kind meters", "disparity", {"--depth-scale"});
+    const bool has_glb = !a.output.empty() || !a.html.empty() ||
+                         (a.video.output.empty() && a.video.depth_map.empty() && a.stereo_image.empty() && a.usdz.empty());
+    const bool has_jpeg = has_glb || !a.usdz.empty() || (!a.stereo_image.empty() && extension_of(a.stereo_image) != ".png");
+    require(has_glb, "-o or --html", "neither", {"--compress"});
+    require(has_jpeg, "-o, --html, --usdz, or --stereo-image in JPEG", "none", {"--quality"});
 }
 
 /// Sets the options of --preset that the command line does not set.

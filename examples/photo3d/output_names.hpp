@@ -29,7 +29,7 @@ public:
             raise(error_code::invalid_option, output.string(), "a " + extension_of(output) + " file",
                   "a link to " + place.string());
         const bool may_be_new_in_small_letters = add(in_small_letters(place) + "/");
-        bool is_new = add(place.string()) && (may_be_new_in_small_letters || !tells_no_case(place.parent_path()));
+        bool is_new = add(place.string()) && (may_be_new_in_small_letters || !ignores_case(place.parent_path()));
         if (is_new && std::filesystem::hard_link_count(place, unknown) > 1 && !unknown) is_new = add(file_identity(place));
         if (!is_new)
             raise(error_code::invalid_option, output.string(), "a file that no other photo of the batch writes",
@@ -47,7 +47,7 @@ private:
     }
 
     /// Tests with a temporary file whether a folder ignores case in names.
-    static bool tells_no_case(const std::filesystem::path& folder) {
+    static bool ignores_case(const std::filesystem::path& folder) {
         const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(process_number()) + ".tmp"),
                                     capital = folder / (".ldi-CASE-" + std::to_string(process_number()) + ".tmp");
         std::error_code failed;

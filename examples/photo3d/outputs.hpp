@@ -56,7 +56,7 @@ inline std::vector<std::byte> read_input(const std::filesystem::path& name, std:
 /// Writes all bytes to standard output. Raises file_access or unavailable, for example if the reader has closed the pipe.
 inline void print_bytes(std::span<const std::byte> bytes) {
     if (const int failure = write_standard_output(bytes); failure != 0)
-        raise_system_error(failure, "standard output", "a reader");
+        raise_system_error(failure, "standard output", "a writable output");
 }
 inline void print_text(std::string_view text) { print_bytes(std::as_bytes(std::span(text))); }
 

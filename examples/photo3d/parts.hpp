@@ -28,7 +28,7 @@ inline std::string parts_left_out() {
     add("--compress (meshoptimizer, libwebp)");
 #endif
 #if defined(_WIN32)
-    add("--video in files of ffmpeg");
+    add("video files (ffmpeg)");
 #endif
     return parts.empty() ? "" : "\nbuilt without " + parts;
 }

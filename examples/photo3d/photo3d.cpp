@@ -147,15 +147,15 @@ void run(const arguments& a, output_files& files) {
                                  depth = map_file(names).empty() ? std::vector<std::byte>() : read_input(map_file(names));
     decoding_cost(photo, names.depth.empty() ? std::span<const std::byte>() : depth, a, name_of_input(names.photo),
                   name_of_input(names.depth));  // reports invalid headers before networks are loaded
-    const networks by = load_networks(a, clock);
+    const networks networks = load_networks(a, clock);
     clock.begin("reading photo");
     ldi::thread_pool threads(a.threads);
-    ldi::photo_with_depth input = decode_input(a, names, photo, depth, by, threads);
+    ldi::photo_with_depth input = decode_input(a, names, photo, depth, networks, threads);
     if (!input.depth) {
         clock.begin("reading depth network");
-        by.depth.read();
+        networks.depth.read();
     }
-    const ldi::photo3d made = convert(a, input, by, clock, threads);
+    const ldi::photo3d made = convert(a, input, networks, clock, threads);
     photo_texture texture = texture_of(made, input, a, threads);
     const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);
 
@@ -210,8 +210,7 @@ int run_program(int count, char** values) {
         print_text(e.what());
         return exit_done;
     } catch (const CLI::ParseError& e) {
-        say(usage_error(app, e, count, values) + " (photo3d --help lists all options)");
-        return exit_usage;
+        return say_usage_error(app, e, {values + 1, values + count}, "photo3d");
     }
     if (a.batch) return run_batch(a, data);
     output_files files;
@@ -235,7 +234,7 @@ int main(int count, char** values) {
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
-    spare_memory::put_by();
+    spare_memory::reserve();
     prepare_standard_streams();
     try {
         const command_line words(count, values);

@@ -62,7 +62,7 @@ public:
         last.elapsed = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
         last.processor = processor_time_of_thread() - processor_started_;
         is_running_ = false;
-        if (!quiet_) std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", last.stage.c_str(), last.elapsed);
+        if (!quiet_) std::fprintf(stderr, "%s%-26s %8.1f ms\n", is_terminal_ ? "\r" : "", last.stage.c_str(), last.elapsed);
     }
 
     /// All stages in order.
@@ -79,7 +79,7 @@ private:
     void show(int percent) {
         if (quiet_ || !is_terminal_ || percent / 10 == shown_tens_) return;
         shown_tens_ = percent / 10;
-        std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().stage.c_str(), percent);
+        std::fprintf(stderr, "\r%-26s %7d %%", stages_.back().stage.c_str(), percent);
     }
 
     bool quiet_, is_terminal_;  // if stderr is not a terminal, each stage's line is printed at its end
@@ -171,17 +171,15 @@ inline std::string as_utf8(const std::string& text) {
         .get<std::string>();
 }
 
-/// Writes the figures as lines of text.
+/// Writes the figures as lines of text, without the durations of the stages, which stage_clock prints during the run.
 inline std::string to_table(const nlohmann::ordered_json& report) {
     std::string table;
     const auto line = [&](const std::string& name, const std::string& value) {
-        table += name + std::string(name.size() < 24 ? 24 - name.size() : 1, ' ') + value + "\n";
+        table += name + std::string(name.size() < 16 ? 16 - name.size() : 1, ' ') + value + "\n";
     };
-    for (const auto& [stage, milliseconds] : report["milliseconds"].items()) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%8.1f ms", milliseconds.get<double>());
-        line(stage, text);
-    }
+    char total[32];
+    std::snprintf(total, sizeof total, "%.1f ms", report["milliseconds"]["total"].get<double>());
+    line("total", total);
     const auto number = [&](const char* key) { return std::to_string(report[key].get<std::size_t>()); };
     line("photo", number("width") + " x " + number("height"));
     if (report["textures"] != 1)

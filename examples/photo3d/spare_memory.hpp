@@ -15,7 +15,7 @@ class spare_memory {
 public:
     /// Reserves memory, unless a reserve exists. Call this function at the program's start, and again after a failure that the
     /// program survives.
-    static void put_by() {
+    static void reserve() {
         std::set_new_handler(give_back);
         if (block_ != nullptr) return;
         void *const block = std::malloc(bytes), *none = nullptr;

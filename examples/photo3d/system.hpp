@@ -182,15 +182,26 @@ inline std::size_t peak_memory() {
 #endif
 }
 
-/// Memory of the machine in bytes.
-inline std::size_t memory_of_machine() {
+/// Returns the smallest number of bytes in the files and `otherwise`. Ignores files that are missing or hold no number, such as
+/// "max".
+inline std::size_t smallest_limit(std::size_t otherwise, const std::vector<std::filesystem::path>& files) {
+    for (const std::filesystem::path& file : files) {
+        std::size_t limit = 0;
+        if (std::ifstream(file) >> limit) otherwise = std::min(otherwise, limit);
+    }
+    return otherwise;
+}
+
+/// Memory of the machine in bytes, or the limit of the container in which the program runs, if that is smaller.
+inline std::size_t available_memory() {
 #if defined(_WIN32)
     MEMORYSTATUSEX status{};
     status.dwLength = sizeof status;
     GlobalMemoryStatusEx(&status);
     return static_cast<std::size_t>(status.ullTotalPhys);
 #else
-    return static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    return smallest_limit(static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)),
+                          {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"});  // cgroup v2 and v1
 #endif
 }
 

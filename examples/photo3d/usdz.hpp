@@ -32,8 +32,7 @@ namespace ldi::examples {
 inline void check_usdz(const std::filesystem::path& file, output_files& files) {
     if (file.empty()) return;
     files.claim(file);
-    if (extension_of(file) != ".usdz")
-        raise(error_code::invalid_option, file.string(), "a name that ends in .usdz", extension_of(file));
+    check_ending(file, {".usdz"}, "photo3d writes a USDZ file");
 }
 
 /// A zip file of uncompressed files, each aligned to 64 bytes.

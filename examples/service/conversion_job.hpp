@@ -48,9 +48,9 @@ public:
           outputs_(outputs),
           metrics_(metrics),
           is_ending_(is_ending),
-          by_(load_networks(a, reading_)),
+          networks_(load_networks(a, reading_)),
           budget_(a.memory) {
-        if (by_.depth) by_.depth.read();  // reports invalid weights before the first message
+        if (networks_.depth) networks_.depth.read();  // reports invalid weights before the first message
     }
 
     finished_message work_on(const delivery& message) {
@@ -89,8 +89,8 @@ private:
             const output_keys outputs(photo);  // checked first, because a failure after the conversion would waste it
             outputs_.check(outputs.glb), outputs_.check(outputs.document);
             if (std::optional<nlohmann::ordered_json> earlier = find_record(outputs.document, document)) {
-                metrics_.found_done.Increment();
-                log_event("info", "found done", document);
+                metrics_.already_done.Increment();
+                log_event("info", "already done", document);
                 return *earlier;
             }
             document = convert_or_fail(document, outputs.glb);
@@ -172,9 +172,9 @@ private:
         photo_files names;
         names.photo = key, names.are_files = false;
         clock.begin("reading photo");
-        photo_with_depth input = decode_input(arguments_, names, photo, {}, by_, self);
+        photo_with_depth input = decode_input(arguments_, names, photo, {}, networks_, self);
         const memory_scope scope(memory);
-        const photo3d made = examples::convert(arguments_, input, by_, clock, self);
+        const photo3d made = examples::convert(arguments_, input, networks_, clock, self);
         const photo_texture texture = texture_of(made, input, arguments_, self);
         encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
         facts["bytes"] = encoded.glb.size();
@@ -187,7 +187,7 @@ private:
     worker_metrics& metrics_;
     const std::atomic<bool>& is_ending_;
     stage_clock reading_{true};
-    networks by_;
+    networks networks_;
     memory_budget budget_;
 };
 

@@ -16,13 +16,17 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <ctime>
 #include <functional>
 #include <mutex>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -35,7 +39,7 @@ class worker_metrics {
 
 public:
     prometheus::Counter& converted = photos("converted");
-    prometheus::Counter& found_done = photos("found done");  // an earlier delivery of the message had converted it
+    prometheus::Counter& already_done = photos("already_done");  // an earlier delivery of the message had converted it
     prometheus::Counter& bytes_read = counter("photo3d_read_bytes_total", "Bytes of photos that were read.");
     prometheus::Counter& bytes_written = counter("photo3d_written_bytes_total", "Bytes of GLB files that were written.");
     prometheus::Counter& messages = counter("photo3d_messages_total", "Messages that were acknowledged.");
@@ -86,9 +90,12 @@ public:
     /// Raises invalid_option, unavailable.
     operations_server(const std::string& address, const worker_metrics& metrics, std::function<nlohmann::ordered_json()> health) {
         if (address.empty()) return;
-        const std::size_t colon = address.rfind(':');
-        const int port = colon == std::string::npos ? 0 : std::atoi(address.c_str() + colon + 1);
-        if (port <= 0 || port > 65535) raise(error_code::invalid_option, "--http", "HOST:PORT", address);
+        const std::size_t colon = std::min(address.rfind(':'), address.size());
+        const char* const end = address.data() + address.size();
+        std::uint16_t port = 0;
+        const std::from_chars_result read = std::from_chars(std::min(address.data() + colon + 1, end), end, port);
+        if (read.ec != std::errc() || read.ptr != end || port == 0)
+            raise(error_code::invalid_option, "--http", "HOST:PORT", address);
         server_.Get("/metrics", [&metrics](const httplib::Request&, httplib::Response& answer) {
             answer.set_content(metrics.text(), "text/plain; version=0.0.4; charset=utf-8");
         });

@@ -6,6 +6,7 @@
 #include "../photo3d/messages.hpp"
 #include "../photo3d/option_checks.hpp"
 #include "../photo3d/spare_memory.hpp"
+#include "../photo3d/usage_error.hpp"
 #include "broker.hpp"
 #include "message.hpp"
 
@@ -245,7 +246,7 @@ private:
 
 int main(int count, char** values) {
     using namespace ldi::examples;
-    spare_memory::put_by();
+    spare_memory::reserve();
     CLI::App app("Sends photos to workers, and collects the results.");
     queue_options options;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -264,20 +265,23 @@ int main(int count, char** values) {
             },
             ""));
     sending->add_option("--photos-per-message", options.photos_per_message, "1 to 64")
-        ->check(between(1, photo_message::max_photos))
+        ->check(whole_between(1, photo_message::max_photos))
         ->capture_default_str();
     CLI::App* const collecting = app.add_subcommand("collect", "writes a line of JSON per photo");
     collecting->add_option("--results", options.results, "file for the documents of converted photos")->required();
     collecting->add_option("--dead", options.dead, "file for the documents of failed photos")->required();
     collecting->add_option("--expected", options.expected, "number of photos after which the program ends; 0: it never ends")
+        ->check(whole_between(0, std::size_t{1} << 53))
         ->capture_default_str();
     app.require_subcommand(1);
     try {
         app.parse(count, values);
         if (*sending) submit(options);
         if (*collecting) collector(options).run();
-    } catch (const CLI::ParseError& e) {
+    } catch (const CLI::CallForHelp& e) {
         return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        return say_usage_error(app, e, {values + 1, values + count}, "photo3d_queue");
     } catch (...) {
         return say_failure();
     }

@@ -25,8 +25,8 @@
 namespace ldi::examples {
 
 /// Objects of one bucket below a prefix. Environment variables, the same as those of Amazon's tools, set server and credentials:
-/// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION (default us-east-1), AWS_ENDPOINT_URL (default: Amazon's server in the
-/// region).
+/// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN (for temporary credentials only), AWS_REGION (default us-east-1),
+/// AWS_ENDPOINT_URL (default: Amazon's server in the region).
 class s3_storage : public storage {
 public:
     static constexpr std::string_view scheme = "s3://";
@@ -42,6 +42,7 @@ public:
         if (!prefix_.empty()) check_key(prefix_), prefix_ += '/';
         region_ = variable("AWS_REGION", "us-east-1");
         user_ = variable("AWS_ACCESS_KEY_ID", nullptr), secret_ = variable("AWS_SECRET_ACCESS_KEY", nullptr);
+        token_ = variable("AWS_SESSION_TOKEN", "");
         endpoint_ = variable("AWS_ENDPOINT_URL", ("https://s3." + region_ + ".amazonaws.com").c_str());
         while (!endpoint_.empty() && endpoint_.back() == '/') endpoint_.pop_back();
         endpoint_ += "/" + bucket + "/";
@@ -105,7 +106,7 @@ private:
         return text;
     }
 
-    static header_list headers_for(const std::span<const std::byte>* body) {
+    header_list headers_for(const std::span<const std::byte>* body) const {
         header_list headers(nullptr, curl_slist_free_all);
         const auto add = [&](const std::string& line) {
             curl_slist* const all = curl_slist_append(headers.get(), line.c_str());
@@ -114,6 +115,7 @@ private:
             headers.reset(all);
         };
         add("x-amz-content-sha256: " + sha256(body == nullptr ? std::span<const std::byte>() : *body));
+        if (!token_.empty()) add("x-amz-security-token: " + token_);
         if (body != nullptr) {
             add("Content-Type: application/octet-stream");
             add("Expect:");  // saves the round trip before the body
@@ -171,7 +173,7 @@ private:
         void operator()(CURL* curl) const { curl_easy_cleanup(curl); }
     };
     std::unique_ptr<CURL, clean_up> curl_;
-    std::string endpoint_, prefix_, region_, user_, secret_;
+    std::string endpoint_, prefix_, region_, user_, secret_, token_;
 };
 
 /// Opens a storage.

@@ -8,6 +8,7 @@
 #include "../photo3d/messages.hpp"
 #include "../photo3d/options.hpp"
 #include "../photo3d/spare_memory.hpp"
+#include "../photo3d/usage_error.hpp"
 #include "broker.hpp"
 #include "conversion_job.hpp"
 #include "message.hpp"
@@ -94,6 +95,7 @@ private:
         try {
             return serve();
         } catch (const error& failed) {
+            if (failed.code() != error_code::unavailable) throw;  // such as an invalid --broker
             why = failed.what();
         }
         has_broker_ = false;
@@ -139,7 +141,7 @@ private:
 
     void convert() try {
         while (std::optional<task> next = tasks_.pop()) {
-            spare_memory::put_by();
+            spare_memory::reserve();
             if (next->connection == connection_ && !is_ending)
                 finished_.push({next->connection, next->message.tag, job_.work_on(next->message)});
         }
@@ -174,7 +176,7 @@ void describe(CLI::App& app, worker_options& options) {
         ->required();
     app.add_option("--http", options.http, "HOST:PORT that answers /metrics and /health; default: none");
     app.add_option("--prefetch", options.prefetch, "maximum number of messages that the worker holds at once")
-        ->check(between(1, 1000))
+        ->check(whole_between(1, 1000))
         ->capture_default_str();
     app.add_option("--patience", options.patience,
                    "seconds for which the worker retries failed requests to storage, before it returns a message to the queue")
@@ -183,20 +185,40 @@ void describe(CLI::App& app, worker_options& options) {
     app.add_option("CONVERSION", options.conversion, "options of photo3d, after --");
 }
 
-/// Reads the options of photo3d. Raises CLI::ParseError, invalid_option, file_access.
-void read_conversion_options(std::vector<std::string> options, const std::filesystem::path& data, arguments& a) {
+/// Parses the options of photo3d. Returns false after an error, which it prints. Raises invalid_option.
+bool parse_conversion_options(CLI::App& app, const std::vector<std::string>& options, const arguments& a) {
+    try {
+        std::vector<std::string> words = options;
+        words.insert(words.begin(), {"--batch", "-"});  // photos are named by messages
+        std::reverse(words.begin(), words.end());       // CLI11 expects the reverse order
+        app.parse(words);
+        check_effects(app, a);
+    } catch (const CLI::Success&) {
+        raise(error_code::invalid_option, "options after --", "neither --help nor --version", "one of them");
+    } catch (const CLI::ParseError& e) {
+        say_usage_error(app, e, options, "photo3d");
+        return false;
+    }
+    return true;
+}
+
+/// Reads the options of photo3d. Returns false after an error, which it prints. Raises invalid_option, file_access.
+bool read_conversion_options(const std::vector<std::string>& options, const std::filesystem::path& data, arguments& a) {
     CLI::App app;
     examples::describe(app, a, data);
-    options.insert(options.begin(), {"--batch", "-"});  // photos are named by messages
-    std::reverse(options.begin(), options.end());       // CLI11 expects the reverse order
-    app.parse(options);
-    check_effects(app, a);
+    if (!parse_conversion_options(app, options, a)) return false;
     apply_preset(app, a);
-    for (const std::filesystem::path& file : {a.output, a.html, a.report, a.depth})
-        if (!file.empty() && file != "none")
-            raise(error_code::invalid_option, file.string(), "no names of files after --", "one");
+    const auto refuse = [](const char* option) {
+        raise(error_code::invalid_option, option, "only options of the conversion after --", "another option");
+    };
+    for (const char* const option : {"--output", "--html", "--report", "--gallery", "--skip-existing", "--threads"})
+        if (app.count(option) > 0) refuse(option);
+    if (!a.depth.empty() && a.depth != "none") refuse("--depth");
+    if (a.photos.size() > 1)
+        raise(error_code::invalid_option, a.photos.back().string(), "no photo, because messages name the photos", "one");
     check_batch_options(a);
     find_weights(a, data);
+    return true;
 }
 
 }  // namespace
@@ -204,20 +226,22 @@ void read_conversion_options(std::vector<std::string> options, const std::filesy
 
 int main(int count, char** values) {
     using namespace ldi::examples;
-    spare_memory::put_by();
+    spare_memory::reserve();
     CLI::App app;
     worker_options options;
     arguments a;
     try {
         describe(app, options);
         app.parse(count, values);
-        read_conversion_options(options.conversion, data_folder(values[0]), a);
+        if (!read_conversion_options(options.conversion, data_folder(values[0]), a)) return exit_usage;
         curl_global_init(CURL_GLOBAL_DEFAULT);
         std::signal(SIGPIPE, SIG_IGN);
         for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_ending = true; });
         worker(options, a).run();
-    } catch (const CLI::ParseError& e) {
+    } catch (const CLI::CallForHelp& e) {
         return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        return say_usage_error(app, e, {values + 1, values + count}, "photo3d_worker");
     } catch (...) {
         return say_failure();
     }

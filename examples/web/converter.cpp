@@ -231,7 +231,7 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
             return;
         }
         const ldi::picture_header header = ldi::detail::read_plain_header(file, name);
-        ldi::detail::decoding_budget({}, {}, size).take(header, name);
+        ldi::detail::decoding_budget({}, {}, size).charge(header, name);
         const bool has_profile = header.format == picture_format::png ? !ldi::detail::png_profile(header.profile_chunk).empty()
                                                                       : !ldi::detail::jpeg_profile(header.extensions).empty();
         if (has_profile) decoder = 2;
@@ -245,7 +245,8 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
         const std::span<const std::byte> file = bytes_of(data, size);
         std::string found = ldi::describe_format(file);
         if (ldi::detail::is_heif(file))
-            found += ", whose reader only the page's server has: open the page from a server, or save the photo as JPEG";
+            found +=
+                ", which this page reads only if it comes from a server: open the page from a server, or save the photo as JPEG";
         raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
               "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads", found);
     });

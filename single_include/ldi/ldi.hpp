@@ -20996,7 +20996,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     if (area > std::int64_t{max_blocks} * max_blocks)
         raise(error_code::too_large, "make_atlas",
               "charts that fit an atlas of " + std::to_string(options.max_side) + " x " + std::to_string(options.max_side) +
-                  " texels (use a smaller photo, photo3d --geometry-size, or a smoother depth map)",
+                  " texels (use a smaller photo, a lower photo3d --geometry-size, or a smoother depth map)",
               std::to_string(charts.charts.size()) + " charts of " + std::to_string(area * macroblock_side * macroblock_side) +
                   " texels");
     const packing packed = pack(sizes, max_blocks);
@@ -26223,16 +26223,21 @@ inline bool is_heif(std::span<const std::byte> bytes) {
 
 /// Determines the format of a file from its first bytes and describes it for error messages, such as "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
+    struct recognized_format {
+        bool (*is)(std::span<const std::byte>);
+        std::string_view name;
+    };
     struct signature {
         std::size_t offset;
         std::string_view text, name;
     };
     using namespace std::string_view_literals;
+    // The functions that select a decoder, so that no message says that it expected and found the same format.
+    static constexpr recognized_format recognized[] = {
+        {detail::is_jpeg, "a JPEG file"sv}, {detail::is_png, "a PNG file"sv}, {detail::is_gif, "a GIF file"sv},
+        {detail::is_webp, "a WebP file"sv}, {detail::is_bmp, "a BMP file"sv}, {detail::is_tiff, "a TIFF or raw camera file"sv},
+    };
     static constexpr signature signatures[] = {
-        {0, "\xFF\xD8\xFF"sv, "a JPEG file"},
-        {0, "\x89PNG\r\n\x1A\n"sv, "a PNG file"},
-        {0, "GIF8"sv, "a GIF file"},
-        {8, "WEBP"sv, "a WebP file"},
         {4, "ftypavif"sv, "an AVIF file"},
         {4, "ftypavis"sv, "an AVIF file"},
         {4, "ftyphe"sv, "a HEIC file"},
@@ -26242,10 +26247,7 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
         {0, "\xFF\x0A"sv, "a JPEG XL file"},
         {4, "jP  "sv, "a JPEG 2000 file"},
         {0, "\xFF\x4F\xFF\x51"sv, "a JPEG 2000 file"},
-        {0, "II*\0"sv, "a TIFF or raw camera file"},
-        {0, "MM\0*"sv, "a TIFF or raw camera file"},
         {0, "8BPS"sv, "a Photoshop file"},
-        {0, "BM"sv, "a BMP file"},
         {0, "\x76\x2F\x31\x01"sv, "an OpenEXR file"},
         {0, "#?RADIANCE"sv, "a Radiance HDR file"},
         {0, "PF"sv, "a color PFM file"},
@@ -26256,6 +26258,8 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
         {0, "glTF"sv, "a GLB file"},
     };
     if (bytes.empty()) return "an empty file";
+    for (const recognized_format& f : recognized)
+        if (f.is(bytes)) return std::string(f.name);
     for (const signature& s : signatures)
         if (detail::has_text(bytes, s.offset, s.text)) return std::string(s.name);
     return std::to_string(bytes.size()) + " bytes of an unknown format";
@@ -27572,7 +27576,8 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "a name with an underscore, then 1 to 63 capital letters, digits or underscores", printable(a.name));
+            raise(error_code::invalid_option, "glb_options::attributes",
+                  "a name with an underscore, then 1 to 63 capital letters, digits or underscores", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
@@ -27912,8 +27917,9 @@ inline void check(const photo3d_options& options) {
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
-        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, a long side of at least 1",
-              std::to_string(photo_height) + " x " + std::to_string(photo_width) + ", " + std::to_string(options.long_side));
+        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, and a long_side of at least 1",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width) + " pixels, long_side " +
+                  std::to_string(options.long_side));
     const std::size_t longer = (std::max)(photo_height, photo_width);
     double scale = 1;
     for (const std::size_t length : {photo_height, photo_width})

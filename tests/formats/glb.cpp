@@ -263,6 +263,9 @@ TEST_CASE("vertex attributes that glTF does not allow, or that do not match the 
     const buffer<float> four(4, 1.0F);
     for (const char* name : {"", "_", "LABEL", "_label", "_A\"B", "POSITION"})
         CHECK(result_of({{name, 1, four}}) == error_code::invalid_option);
+    glb_options hostile;
+    hostile.attributes = {{"_A\x1B[2J", 1, four}};
+    CHECK_THAT(message_of([&] { encode_glb(mesh, texture, hostile); }), !Catch::Contains("\x1B"));
     CHECK(result_of({{"_A", 1, four}, {"_A", 1, four}}) == error_code::invalid_option);
     CHECK(result_of({{"_A", 0, {}}}) == error_code::invalid_option);
     CHECK(result_of({{"_A", 5, buffer<float>(20)}}) == error_code::invalid_option);

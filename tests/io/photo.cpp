@@ -172,7 +172,8 @@ TEST_CASE("files of unsupported formats are refused with the name of the file an
                              "ftypqt  ????",
                              16),
             "a video file");
-    refused("BM??????????", "a BMP file");
+    for (const char* text : {"BM2 is a road; ????", "GIF8 is a format; ?", "the key WEBP ?????"})  // text files
+        refused(text, "found " + std::to_string(std::string_view(text).size()) + " bytes of an unknown format");
     refused("hello, world", "12 bytes of an unknown format");
     CHECK(raised([] { decode_photo({}); }) == error_code::invalid_data);
     CHECK_THAT(message_of([] { decode_photo({}); }), Catch::Contains("an empty file"));

@@ -105,6 +105,7 @@ def first_words():
     version = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True)
     check("the version", version.returncode == DONE and version.stdout.startswith("photo3d ") and version.stdout.count(".") == 2)
     help_text = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout
+    check("--help: what any exit code but 0 means", "Without --batch, any code but 0 means that no file was written" in " ".join(help_text.split()))
     options = set(re.findall(r"--[a-z][a-z0-9-]+", help_text))
     for kind, lines in (("man", (".TH PHOTO3D 1", ".SH EXIT STATUS")), ("bash", ("complete ",)), ("zsh", ("#compdef photo3d",)), ("fish", ("complete -c photo3d",))):
         text = subprocess.run([PROGRAM, "--generate", kind], capture_output=True, text=True).stdout
@@ -112,6 +113,10 @@ def first_words():
         missing = {name for name in options - {"--generate"} if name not in plain}
         check(f"{kind} names every option: missing {missing}", not missing and len(options) > 20 and all(line in text for line in lines))
         check(f"{kind} contains no path of the machine that built it", SOURCE not in text and "/build/" not in text)
+        if kind == "man":
+            check("the manual: PHOTO is an input", re.search(r"\.SS Input\n\.TP\n\.I PHOTO\n", text) and text.index(".SS Input") < text.index(".SS Output"))
+            check("the manual: the synopsis is that of --help", ".B photo3d\n.RI [ OPTION ...]\n.IR PHOTO ...\n" in text and "\nUsage: photo3d [OPTION...] PHOTO...\n" in help_text)
+            check("the manual: relative paths say what they are relative to", plain.count("../share/ldi/") == plain.count(" (relative to the program)") == 2)
         if kind != "man" and shutil.which(kind):
             check(f"{kind} reads its completions", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
     for option in ("-h", "--help", "--version", "--generate man", "--generate bash", "--generate zsh", "--generate fish"):
@@ -121,7 +126,7 @@ def first_words():
             # restore_signals: as in a shell, SIGPIPE ends the program by default; Python ignores the signal.
             result = subprocess.run([PROGRAM, *option.split()], stdout=place, stderr=subprocess.PIPE, restore_signals=True)
             os.close(place)
-            check(f"{option} into {output}: exit code {result.returncode}", result.returncode == TRY_AGAIN and b"photo3d: standard output: " in result.stderr, result.stderr)
+            check(f"{option} into {output}: exit code {result.returncode}", result.returncode == TRY_AGAIN and b"photo3d: standard output: expected a writable output, found " in result.stderr, result.stderr)
 
 
 def names():
@@ -134,6 +139,11 @@ def names():
     with folder_of_files() as f:
         result = expect("messages about written files", f, ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--report", "a.json"], DONE, made=["a.glb", "a.html", "a.json"], quiet=False)
         end = result.stdout.decode().rstrip().splitlines()[-3:]
+        stages, table = result.stderr.decode(), result.stdout.decode()
+        check("each stage is printed once, and the total once", all((stages + table).count(name) == 1 for name in ("reading photo", "connected components", "encoding ", "\ntotal ")) and "reading photo" in stages and "\ntotal " in table, stages + table)
+        with_network = subprocess.run([PROGRAM, "me.png", "--depth", "depth.png", "-o", "b.glb"], cwd=f.path, capture_output=True, text=True).stderr
+        check("the durations are in one column, also with networks", len({line.rindex(" ms") for line in with_network.splitlines() if line.endswith(" ms")}) == 1, with_network)
+        os.remove(f / "b.glb")
         check("the last lines name the written files and what opens them", [line.split()[:2] for line in end] == [["writes", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
         for name in ("a.glb", "a.html", "a.json"):
             os.remove(f / name)
@@ -233,9 +243,18 @@ def names():
             (["--depth", "depth.png", "--depth-kind", "meters", "--depth-is-inverse"], "--depth-is-inverse: expected no --depth-kind meters beside it, found both"),
             (["--inpaint", "diffusion", "--inpainting-model", "a.safetensors"], "--inpainting-model: expected no --inpaint diffusion beside it, found both"),
             (["--inpaint", "diffusion", "--arithmetic", "int8"], "--arithmetic: expected no --inpaint diffusion beside it, found both"),
+            (["--depth", "depth.png", "--depth-scale", "0.001"], "--depth-scale: expected --depth-kind meters beside it, found disparity"),
+            (["--depth", "depth.png", "--depth-is-inverse", "--depth-scale", "2"], "--depth-scale: expected --depth-kind meters beside it, found disparity"),
+            (["--usdz", "a.usdz", "--compress"], "--compress: expected -o or --html beside it, found neither"),
+            (["--depth-map", "a.png", "--compress", "--compressed-texture", "jpeg"], "--compress: expected -o or --html beside it, found neither"),
+            (["--depth-map", "a.png", "--quality", "10"], "--quality: expected -o, --html, --usdz, or --stereo-image in JPEG beside it, found none"),
+            (["--stereo-image", "a.PNG", "--video", "a.mp4", "--quality", "10"], "--quality: expected -o, --html, --usdz, or --stereo-image in JPEG beside it, found none"),
         ):
             result = subprocess.run([PROGRAM, "me.png", *arguments], cwd=f.path, capture_output=True, text=True)
             check(f"{arguments}: {result}", result.returncode == USAGE and result.stderr.startswith(f"photo3d: {words}") and result.stdout == "")
+        for arguments, made in ((["--usdz", "a.usdz", "--quality", "10"], ["a.usdz"]), (["--stereo-image", "a.jps", "--quality", "10"], ["a.jps"])):
+            expect(f"{arguments} have an effect", f, ["me.png", *arguments], DONE, made=["me.glb", *made] if "me.glb" in f.made() else made)
+            os.remove(f / made[0])
         expect("a missing folder, and a failure", f, ["me.png", "-o", "no/such/a.glb", "--html", "no/page.txt"], USAGE, ["page.txt"])
         expect("a missing folder below a file", f, ["me.png", "-o", "depth.png/no/a.glb"], NEVER, ["depth.png", "expected"])
         expect("missing folders", f, ["me.png", "-o", "no/such/a.glb"], DONE, made=["me.glb", "no"])
@@ -305,7 +324,7 @@ def key_frames():
             ("a list for a number", '[{"time": %s, "position": [0, 0, 0], "target": [0, 0, -2]}]' % ("[" * 100_000 + "]" * 100_000), ["nested"]),
             ("no target", '[%s, {"time": 1, "position": [0, 0, 0]}]' % good, ["key frame 2", "target", "none"]),
             ("two numbers", '[{"time": 0, "position": [0, 0], "target": [0, 0, -2]}]', ["position", "three numbers"]),
-            ("text for a number", '[{"time": "0", "position": [0, 0, 0], "target": [0, 0, -2]}]', ["time", "a text"]),
+            ("text for a number", '[{"time": "0", "position": [0, 0, 0], "target": [0, 0, -2]}]', ["a number in \"time\", found a string"]),
             ("times that do not increase", "[%s, %s]" % (good, good), ["key frame 2", "increasing times"]),
             ("a zoom of 0", '[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0}]', ["zoom", "found 0 ("]),
             ("times that decrease slightly", '[{"time": 1e-9, "position": [0, 0, 0], "target": [0, 0, -2]}, %s]' % good, ["found 1e-09, then 0 ("]),

@@ -98,6 +98,7 @@ def check_written_files(folder):
     indices = [int(i) for i in (re.search(r"faceVertexIndices = \[([^]]*)", scene) or [0, "-1"])[1].split(",")]
     points = len(re.findall(r"\(", (re.search(r"points = \[([^]]*)", scene) or [0, ""])[1]))
     check("the scene of a USDZ file uses every point and names its source", scene.startswith("#usda 1.0\n") and max(indices) == points - 1 and 'string source = "li\\"nes.png"' in scene)
+    run("a USDZ file without an extension", [photo, *depth, "--usdz", os.path.join(folder, "photo")], ["a name that ends in .usdz, found no ending (photo3d writes a USDZ file)"])
     run("a USDZ file of another name", [photo, *depth, "--usdz", os.path.join(folder, "photo.zip")], [".zip", ".usdz"])
 
 
@@ -214,7 +215,7 @@ def check_notes(folder, small, small_depth):
     random, width, height = Random(3), 384, 288
     photo = file(folder, "noted.png", png(width, height))
     maps = {"noise": lambda y: bytes(random.randrange(256) for _ in range(width)), "stairs": lambda y: bytes(20 + 18 * (x // 6 % 12) for x in range(width))}
-    expected = {"noise": "the shortest silhouettes", "stairs": "the camera moves by at most"}
+    expected = {"noise": "the shortest silhouettes", "stairs": "the parallax is at most"}
     for name, row in maps.items():
         depth, report = file(folder, f"{name}.png", png(width, height, 1, row)), os.path.join(folder, "noted.json")
         said = subprocess.run([PROGRAM, photo, "--depth", depth, "-o", os.path.join(folder, "noted.glb"), "--report", report], capture_output=True, text=True).stderr
@@ -283,7 +284,7 @@ def main():
         shutil.copy(small, os.path.join(folder, "torn.png")), file(folder, "torn_depth.png", b"no map")
         said = subprocess.run([PROGRAM, "--batch", os.path.join(folder, "torn.png"), "-o", folder], capture_output=True, text=True, env=models)
         check(f"a file beside the photo that is no map is not used in a batch, either: {said}", said.returncode == 0 and "torn_depth.png" in "".join(json.loads(said.stdout).get("notes", [])))
-        run("no source of depth but a map that can't be used", [os.path.join(folder, "odd.png")], ["none of these", "odd_depth.png", "proportions"], program=os.path.join(folder, os.path.basename(PROGRAM)))
+        run("no source of depth but a map that can't be used", [os.path.join(folder, "odd.png")], ["odd.png: expected --depth FILE, --depth-model PATH", "none of these", "odd_depth.png", "proportions"], program=os.path.join(folder, os.path.basename(PROGRAM)))
         run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
         run("a depth map without valid values", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
         run("distances that no scene has", [small, "--depth", file(folder, "far.npy", npy(60, 80, 1e10)), "--depth-kind", "meters"], ["far.npy: expected", "meters"])

@@ -22,8 +22,8 @@ def conversions():
     with open(os.path.join(folder, "manifest.json"), encoding="utf-8") as manifest:
         for pair in json.load(manifest):
             arguments = [os.path.join(folder, pair["image"]), "--depth", os.path.join(folder, pair["map"])]
-            arguments += ["--depth-zero-is-unknown", "--depth-scale", str(1 / pair["scale"])]
-            yield pair["name"], arguments + (["--depth-kind", "meters"] if pair["kind"] == "depth" else [])
+            is_metric = pair["kind"] == "depth"
+            yield pair["name"], arguments + ["--depth-zero-is-unknown"] + (["--depth-kind", "meters", "--depth-scale", str(1 / pair["scale"])] if is_metric else [])
 
 
 def main():

@@ -7,16 +7,13 @@
 
 namespace {
 
-std::string said_of(std::vector<std::string> words) {
+std::string said_of(const std::vector<std::string>& line) {
     CLI::App app;
     bool flag = false;
     std::string text;
     app.add_flag("--compress", flag);
     app.add_option("-o,--output", text);
-    std::vector<char*> values;
-    words.insert(words.begin(), "program");
-    for (std::string& word : words) values.push_back(word.data());
-    return ldi::examples::unknown_option(app, static_cast<int>(values.size()), values.data());
+    return ldi::examples::unknown_option(app, line);
 }
 
 }  // namespace
@@ -33,4 +30,15 @@ TEST_CASE("an unknown option is named, with the most similar known one") {
 TEST_CASE("known options, numbers and file names are not reported as unknown") {
     CHECK(said_of({"--output", "a", "-o", "-", "-ob", "--compress", "-5", "-.5", "a.jpg"}).empty());
     CHECK(said_of({"--", "--hlep"}).empty());
+}
+
+TEST_CASE("options of the chosen subcommand are known, and those of the others are not") {
+    CLI::App app;
+    std::string text;
+    app.add_subcommand("submit")->add_option("--job", text);
+    app.add_subcommand("collect")->add_option("--results", text);
+    CHECK_THROWS_AS(app.parse("submit --results a"), CLI::ParseError);
+    CHECK(ldi::examples::unknown_option(app, {"submit", "--job", "a"}).empty());
+    CHECK(ldi::examples::unknown_option(app, {"submit", "--jobb", "a"}) == "unknown option --jobb; did you mean --job?");
+    CHECK(ldi::examples::unknown_option(app, {"submit", "--results", "a"}) == "unknown option --results");
 }

@@ -20,7 +20,7 @@ def in_mid_message(log):
     begun = max((i for i, line in enumerate(events) if line["event"] == "message"), default=None)
     if begun is None:
         return False
-    done = sum(line["event"] in ("photo", "found done") for line in events[begun:])
+    done = sum(line["event"] in ("photo", "already done") for line in events[begun:])
     return 0 < done < events[begun]["photos"]
 
 

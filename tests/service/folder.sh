@@ -35,7 +35,7 @@ queue calm submit --job k <"$folder/keys"
 queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 12 >"$folder/collected"
 cat "$folder/collected"
 count_step "the collector drops the results of a job that is submitted twice" grep -q '"results":6,"dead":6,"dropped":4' "$folder/collected"
-count_step "photos of a job that is submitted again are not converted again" documents have_events "$worker_log" "found done" 4
+count_step "photos of a job that is submitted again are not converted again" documents have_events "$worker_log" "already done" 4
 count_step "photos of another job are converted again" documents have_events "$worker_log" photo 8
 stop_worker TERM "$worker"
 count_step "a worker logs its end after a signal" documents have_events "$worker_log" end 1

@@ -199,6 +199,7 @@ TEST_CASE("a photo that does not fit and a padding outside its range are refused
     const std::string message = message_of([&] { make_atlas(layers, charts, options); });
     CHECK(message.find("atlas of 111 x 111 texels") != std::string::npos);
     CHECK(message.find("1 charts of 12544 texels") != std::string::npos);
+    CHECK(message.find("a lower photo3d --geometry-size,") != std::string::npos);
     options = {};
     for (const std::int32_t padding : {-1, 0, 1025, 1 << 29, 1 << 30, 0x7FFFFFFF}) {
         options.padding.filter_padding = padding;

@@ -221,7 +221,7 @@ async function testsOfChromium(browser, open, openShared) {
             (bytes) => window.photo3d.converter.convert(Uint8Array.from(bytes), "IMG_1.HEIC", () => {}).then(() => "no message", (failure) => failure.message),
             [...heic],
         );
-        assert.match(message, /^IMG_1\.HEIC: expected .* or another that this browser reads, found .*HEI[CF].*: open the page from a server, or save the photo as JPEG \(unsupported\)$/);
+        assert.match(message, /^IMG_1\.HEIC: expected .* or another that this browser reads, found .*HEI[CF].*, which this page reads only if it comes from a server: open the page from a server, or save the photo as JPEG \(unsupported\)$/);
     });
 
     await test("the page converts formats that only the browser reads", openShared, async (page) => {

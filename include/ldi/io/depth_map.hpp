@@ -131,7 +131,7 @@ inline picture_header take_depth_header(std::span<const std::byte> bytes, decodi
         raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a gray PNG, JPEG, PFM or NPY file",
               describe_format(bytes));
     header.memory_per_pixel = (std::max)(header.memory_per_pixel + 1, 2 * sizeof(float));
-    budget.take(header, where);
+    budget.charge(header, where);
     return header;
 }
 
@@ -173,7 +173,7 @@ inline decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, co
                                             const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     const picture_header header = detail::take_depth_header(bytes, budget, where);
-    return {header.height, header.width, budget.taken()};
+    return {header.height, header.width, budget.charged()};
 }
 
 inline image<float> load_depth_map(const std::filesystem::path& path, const depth_map_options& options) {

@@ -158,7 +158,7 @@ namespace detail::inline LDI_READERS {
         ", GIF, BMP or PNG file";
     std::string found = describe_format(bytes);
     if (is_heif(bytes) || is_webp(bytes) || is_tiff(bytes))
-        found += ", which this build does not read: its library was not there when ldi was configured";
+        found += ", which this build does not read: its library was missing when ldi was configured";
     raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, expected, found);
 }
 
@@ -168,7 +168,7 @@ inline picture_header take_photo_header(std::span<const std::byte> bytes, decodi
     picture_header header;
     if (is_plain(bytes)) {
         header = read_plain_header(bytes, where);
-        budget.take(header, where);
+        budget.charge(header, where);
         return header;
     }
 #if defined(LDI_WITH_LIBHEIF)
@@ -181,7 +181,7 @@ inline picture_header take_photo_header(std::span<const std::byte> bytes, decodi
     if (is_webp(bytes)) {
         budget.check_format(picture_format::webp, where);
         header = read_webp_header(bytes, where);
-        budget.take(header, where);
+        budget.charge(header, where);
         return header;
     }
 #endif
@@ -211,7 +211,7 @@ inline photo decode_photo_within(std::span<const std::byte> bytes, decoding_budg
     photo result;
     result.focal_length_35mm = stored.focal_length_35mm;
     result.color = upright_color(stored);
-    if (!stored.profile.icc.empty()) budget.take(nearest_double(max_profile_memory), where, "a color profile");
+    if (!stored.profile.icc.empty()) budget.charge(nearest_double(max_profile_memory), where, "a color profile");
     convert_to_srgb(result.color, stored.profile);
     return result;
 }
@@ -229,7 +229,7 @@ inline decoding_estimate estimate_photo(std::span<const std::byte> bytes, const 
                                         const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     const picture_header header = detail::take_photo_header(bytes, budget, where);
-    return {header.height, header.width, budget.taken() + detail::max_profile_memory};
+    return {header.height, header.width, budget.charged() + detail::max_profile_memory};
 }
 
 inline photo load_photo(const std::filesystem::path& path, const photo_options& options) {

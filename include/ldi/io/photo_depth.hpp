@@ -242,7 +242,7 @@ inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes
     result.photo = detail::decode_photo_within(bytes, budget, where);
     if (detail::is_png(bytes) && detail::is_side_by_side(result.photo.color)) {
         const image<std::uint8_t>& stored = result.photo.color;
-        budget.take(detail::memory_of_halves(stored.height(), stored.width()), where, "a photo beside its depth map");
+        budget.charge(detail::memory_of_halves(stored.height(), stored.width()), where, "a photo beside its depth map");
         const image<std::uint8_t> both = std::move(result.photo.color);
         const std::size_t half = both.width() / 2;
         result.photo.color = detail::take_columns<std::uint8_t>(both, 0, half, 3);
@@ -258,14 +258,14 @@ inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> by
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     const picture_header header = detail::take_photo_header(bytes, budget, where);
     if (detail::is_png(bytes))
-        budget.take((std::min)(detail::memory_of_halves(header.height, header.width), detail::nearest_double(budget.left())),
+        budget.charge((std::min)(detail::memory_of_halves(header.height, header.width), detail::nearest_double(budget.left())),
                     where, "a photo beside its depth map");
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);
     try {
         detail::take_depth_inside(bytes, budget, where);
     } catch (const error&) {  // decoding the depth will raise the same error
     }
-    return {header.height, header.width, budget.taken() + detail::max_profile_memory};
+    return {header.height, header.width, budget.charged() + detail::max_profile_memory};
 }
 
 inline photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_bytes, std::span<const std::byte> map_bytes,

@@ -144,8 +144,9 @@ inline void check(const photo3d_options& options) {
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
-        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, a long side of at least 1",
-              std::to_string(photo_height) + " x " + std::to_string(photo_width) + ", " + std::to_string(options.long_side));
+        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, and a long_side of at least 1",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width) + " pixels, long_side " +
+                  std::to_string(options.long_side));
     const std::size_t longer = (std::max)(photo_height, photo_width);
     double scale = 1;
     for (const std::size_t length : {photo_height, photo_width})

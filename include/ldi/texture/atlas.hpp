@@ -96,7 +96,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     if (area > std::int64_t{max_blocks} * max_blocks)
         raise(error_code::too_large, "make_atlas",
               "charts that fit an atlas of " + std::to_string(options.max_side) + " x " + std::to_string(options.max_side) +
-                  " texels (use a smaller photo, photo3d --geometry-size, or a smoother depth map)",
+                  " texels (use a smaller photo, a lower photo3d --geometry-size, or a smoother depth map)",
               std::to_string(charts.charts.size()) + " charts of " + std::to_string(area * macroblock_side * macroblock_side) +
                   " texels");
     const packing packed = pack(sizes, max_blocks);

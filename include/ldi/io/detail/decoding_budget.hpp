@@ -34,8 +34,8 @@ public:
     }
 
     std::size_t max_pixels() const { return max_pixels_; }
-    std::size_t taken() const { return taken_; }
-    std::size_t left() const { return memory_ - taken_; }
+    std::size_t charged() const { return charged_; }
+    std::size_t left() const { return memory_ - charged_; }
 
     /// Lowers the maximum number of pixels for all further pictures.
     void lower_max_pixels(std::size_t max_pixels) { max_pixels_ = (std::min)(max_pixels_, max_pixels); }
@@ -50,34 +50,34 @@ public:
     /// Charges memory. Raises too_large.
     ///
     /// what  purpose of the memory, for the error message; for example "metadata of 12 bytes"
-    void take(double bytes, const std::string& where, const std::string& what) {
+    void charge(double bytes, const std::string& where, const std::string& what) {
         if (!(bytes <= nearest_double(left())))
             raise(error_code::too_large, where,
                   "a file that needs at most " + std::to_string(memory_ / 1'000'000) + " MB to decode, of which " +
                       std::to_string(left() / 1'000'000) + " MB are left",
                   what + " in a file of " + std::to_string(file_bytes_) + " bytes");
-        taken_ += static_cast<std::size_t>(bytes);
+        charged_ += static_cast<std::size_t>(bytes);
     }
-    void take_samples(double samples, const std::string& where, const std::string& what) {
+    void charge_samples(double samples, const std::string& where, const std::string& what) {
         if (!(samples <= nearest_double(samples_)))
             raise(error_code::too_large, where, "scans and tiles of at most " + std::to_string(samples_) + " samples", what);
         samples_ -= static_cast<std::uint64_t>(samples);
     }
 
     /// Charges the cost of decoding a picture. Raises unsupported, too_large.
-    void take(const picture_header& header, const std::string& where) {
+    void charge(const picture_header& header, const std::string& where) {
         check_format(header.format, where);
         check_pixel_count(header.width, header.height, max_pixels_, where);
         const double pixels = nearest_double(header.width) * nearest_double(header.height);
         const std::string size = std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels";
-        take(pixels * nearest_double(header.memory_per_pixel) + header.more_memory, where, size);
+        charge(pixels * nearest_double(header.memory_per_pixel) + header.more_memory, where, size);
         if (header.scanned_channels > 0)
-            take_samples(nearest_double(header.scanned_channels) * pixels, where,
+            charge_samples(nearest_double(header.scanned_channels) * pixels, where,
                          size + ", " + std::to_string(header.scanned_channels) + " times");
     }
 
 private:
-    std::size_t max_pixels_ = 0, memory_ = 0, taken_ = 0;
+    std::size_t max_pixels_ = 0, memory_ = 0, charged_ = 0;
     picture_formats formats_;
     std::uint64_t samples_ = 0;
     std::size_t file_bytes_ = 0;

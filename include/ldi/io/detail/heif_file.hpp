@@ -41,7 +41,7 @@ using heif_pixels = std::unique_ptr<const heif_image, heif_deleter>;
     std::string found = "'" + std::string(message) + "'";
     if (heif_get_version_number() < 0x01130800)  // 1.19.8
         found += std::string("; libheif is ") + heif_get_version() +
-                 ", and some of today's iPhone files need 1.19.8: a newer libheif helps, or the photo saved as JPEG";
+                 ", and some of today's iPhone files need 1.19.8: update libheif, or save the photo as JPEG";
     raise(is_too_large                                      ? error_code::too_large
           : said.code == heif_error_Memory_allocation_error ? error_code::out_of_memory
           : is_unsupported                                  ? error_code::unsupported
@@ -119,7 +119,7 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     for (const heif_item_id id : identifiers) {
         const std::size_t size = heif_image_handle_get_metadata_size(handle, id);
         if (size == 0 || size > limit) continue;
-        budget.take(nearest_double(size), where, "metadata of " + std::to_string(size) + " bytes");
+        budget.charge(nearest_double(size), where, "metadata of " + std::to_string(size) + " bytes");
         std::vector<std::byte> block(size);
         if (heif_image_handle_get_metadata(handle, id, block.data()).code == heif_error_Ok) blocks.push_back(std::move(block));
     }

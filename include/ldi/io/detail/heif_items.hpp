@@ -32,7 +32,7 @@ public:
         double listed = 0;
         for (const auto& [id, item] : boxes_.items)
             for (const std::span<const std::byte>& extent : item.extents) listed += nearest_double(extent.size());
-        budget.take(2 * listed, where, "items of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
+        budget.charge(2 * listed, where, "items of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
         for (const auto& [id, item] : boxes_.items)
             if (!item.sources.empty() || !item.auxiliaries.empty()) cost_of(id, 0);
     }
@@ -87,8 +87,8 @@ private:
         header.width = static_cast<std::size_t>(c.width), header.height = static_cast<std::size_t>(c.height);
         if (header.width == 0 || header.height == 0) broken("an empty picture");
         header.more_memory = c.memory + 4e6;  // memory of the decoder itself
-        budget.take(header, where);
-        budget.take_samples(3 * c.pixels, where,
+        budget.charge(header, where);
+        budget.charge_samples(3 * c.pixels, where,
                             "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
         return header;
     }

@@ -45,7 +45,7 @@ inline depth_meaning google_meaning(const xmp_properties& xmp, std::string_view 
         raise(error_code::unsupported, where, "RangeInverse or RangeLinear", std::string(format.substr(0, 40)));
     meaning.coding = format == "RangeLinear" ? depth_coding::range_linear : depth_coding::range_inverse;
     const std::optional<double> first = xmp.number(space, "Near"), last = xmp.number(space, "Far");
-    if (!first || !last) raise(error_code::invalid_data, where, "a nearest and a farthest distance", "no such numbers");
+    if (!first || !last) raise(error_code::invalid_data, where, "finite numbers in Near and Far", "a missing or invalid one");
     meaning.first = *first, meaning.last = *last;
     const std::string_view unit = xmp.text(space, "Units").value_or("");
     if (unit == "m" || unit == "Meters" || unit == "meters") meaning.unit = 1;
@@ -64,7 +64,7 @@ inline std::optional<located_depth> locate_gdepth(const xmp_properties& xmp, dec
     const std::string here = where + ", GDepth";
     const depth_meaning meaning = google_meaning(xmp, space, here);
     const std::size_t written = data->size() + confidence.value_or("").size();
-    budget.take(nearest_double(written), here, "base64 text of " + std::to_string(written) + " bytes");
+    budget.charge(nearest_double(written), here, "base64 text of " + std::to_string(written) + " bytes");
     located_depth found{{},
                         {},
                         meaning,
@@ -186,7 +186,7 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
         const std::string here = where + ", picture " + std::to_string(++count);
         // Charges each listed picture, because the search for its end reads the whole picture. A hostile file may list the same
         // picture many times.
-        budget.take(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
+        budget.charge(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
         xmp_properties xmp;
         add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);
         if (const std::optional<depth_meaning> meaning = apple_meaning(xmp))

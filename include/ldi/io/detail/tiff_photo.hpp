@@ -99,11 +99,11 @@ struct opened_tiff {
         tiff_directory(bytes).for_each([&](const tiff_directory::entry& e) {
             if (!e.is_inside) listed += (std::min)(e.bytes, nearest_double(bytes.size()));
         });
-        budget.take(2 * listed, where, "a directory of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
+        budget.charge(2 * listed, where, "a directory of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
         file = open_tiff(memory, budget.left());
         if (!file) broken(where);
         read_header(where);
-        budget.take(header, where);
+        budget.charge(header, where);
     }
 
     opened_tiff(const opened_tiff&) = delete;  // libtiff keeps the address of `memory`

@@ -46,7 +46,7 @@ inline picture_header read_webp_header(std::span<const std::byte> bytes, const s
 inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     budget.check_format(picture_format::webp, where);
     const picture_header header = read_webp_header(bytes, where);
-    budget.take(header, where);
+    budget.charge(header, where);
     stored_photo photo;
     const std::size_t channels = header.has_alpha ? 4 : 3;
     photo.picture = allocate_picture(header.height, header.width, channels, where);

@@ -83,7 +83,7 @@ private:
     static void take(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
         const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
         const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
-        budget.take(33'000 + 2 * nearest_double(packet.size()) + 128 * nearest_double(marks), where,
+        budget.charge(33'000 + 2 * nearest_double(packet.size()) + 128 * nearest_double(marks), where,
                     "XMP of " + std::to_string(packet.size()) + " bytes");
     }
 
@@ -159,7 +159,7 @@ inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std
         const std::span<const std::byte> part = segment.subspan(75);
         if (length > file_size || place > length || part.size() > length - place) continue;
         if (length > whole.size()) {
-            budget.take(nearest_double(length), where, "XMP of " + std::to_string(length) + " bytes");
+            budget.charge(nearest_double(length), where, "XMP of " + std::to_string(length) + " bytes");
             whole.resize(length);
         }
         std::copy(part.begin(), part.end(), whole.begin() + static_cast<std::ptrdiff_t>(place));

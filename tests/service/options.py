@@ -1,0 +1,75 @@
+"""Tests the command lines of the worker and of photo3d_queue: invalid options end both with exit code 2 and a message of one line.
+
+    options.py WORKER QUEUE
+"""
+import os
+import subprocess
+import sys
+import tempfile
+
+WORKER, QUEUE = (os.path.abspath(name) for name in sys.argv[1:3])
+DONE, USAGE = 0, 2
+passed = failed = 0
+
+
+def check(name, is_good, said=""):
+    global passed, failed
+    if is_good:
+        passed += 1
+    else:
+        failed += 1
+        print(f"FAILED {name} {said}")
+
+
+def refused(command, words, folder):
+    """Runs a program, and checks that it ends with a message of one line that starts with the words."""
+    name = " ".join([os.path.basename(command[0]), *command[1:]])
+    try:
+        result = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+    except subprocess.TimeoutExpired:
+        return check(f"{name}: does not end", False)
+    check(f"{name}: exit code {result.returncode}", result.returncode == USAGE, result.stderr)
+    check(f"{name}: one line says '{words}'", result.stderr.startswith(f"photo3d: {words}") and result.stderr.count("\n") == 1, result.stderr)
+
+
+with tempfile.TemporaryDirectory() as top:
+    for program in (WORKER, QUEUE):
+        said = subprocess.run([program, "--help"], capture_output=True, text=True)
+        check(f"{program} --help", said.returncode == DONE and "--broker" in said.stdout, said)
+    said = subprocess.run([QUEUE, "submit", "--help"], capture_output=True, text=True)
+    check("the help of submit", said.returncode == DONE and "--photos-per-message" in said.stdout, said)
+
+    folders = ["--photos", top, "--outputs", top]
+    for options, words in (
+        ([], "--photos: expected a value (TEXT), found none (photo3d_worker --help lists all options)"),
+        ([*folders, "--prefetch", "0"], "--prefetch: expected a whole number, 1 to 1000, found 0 (photo3d_worker --help"),
+        ([*folders, "--prefetch", "1.5"], "--prefetch: expected a whole number, 1 to 1000, found 1.5"),
+        ([*folders, "--queue"], "--queue: expected a value (TEXT), found none"),
+        ([*folders, "--ptohos", "a"], "unknown option --ptohos; did you mean --photos?"),
+        ([*folders, "--broker", "amqps://x/"], "--broker: expected amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST, found another text"),
+        ([*folders, "--http", "127.0.0.1:29101zz"], "--http: expected HOST:PORT, found 127.0.0.1:29101zz"),
+        *(([*folders, "--http", address], f"--http: expected HOST:PORT, found {address}") for address in ("127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:-1")),
+        ([*folders, "--", "--fov", "500"], "--fov: expected a number, 5 to 150, found 500 (photo3d --help lists all options)"),
+        ([*folders, "--", "--compres"], "unknown option --compres; did you mean --compress?"),
+        ([*folders, "--", "--depth", "none", "--depth-scale", "2"], "--depth-scale: expected "),
+        ([*folders, "--", "--help"], "options after --: expected neither --help nor --version, found one of them"),
+        ([*folders, "--", "me.jpg"], "me.jpg: expected no photo, because messages name the photos, found one"),
+        *(([*folders, "--", *option], f"{option[0]}: expected only options of the conversion after --, found another option")
+          for option in (["--output", "a"], ["--html", "a"], ["--report", "a"], ["--depth", "a"], ["--gallery", "a.html"], ["--skip-existing"], ["--threads", "2"])),
+    ):
+        refused([WORKER, *options], words, top)
+    for options, words in (
+        ([], "command line: expected submit or collect, found neither (photo3d_queue --help lists all options)"),
+        (["send"], "command line: expected submit or collect, found neither"),
+        (["collect", "--dead", "a"], "--results: expected a value ("),
+        (["collect", "--results", "a", "--dead", "b", "--expected", "many"], "--expected: expected a whole number, 0 to "),
+        (["submit", "--photos-per-message", "65"], "--photos-per-message: expected a whole number, 1 to 64, found 65"),
+        (["submit", "--job", ""], "--job: expected 1 to 200 bytes, found 0"),
+        (["submit", "--jobb", "a"], "unknown option --jobb; did you mean --job?"),
+        (["submit", "--job"], "--job: expected a value (TEXT), found none"),
+        (["submit", "more"], "command line: expected no further word, found more"),
+    ):
+        refused([QUEUE, *options], words, top)
+    check("nothing is written", os.listdir(top) == [])
+print(f"{passed} passed, {failed} failed")
+sys.exit(1 if failed else 0)
