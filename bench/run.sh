@@ -5,7 +5,7 @@
 #   bench/run.sh [--quick] [--before FILE.json] [--readme] [GOOGLE_BENCHMARK_OPTION...]
 #
 # --quick   one short run of each benchmark, without scaling laws and steps of networks: less than 3 minutes
-# --before  compares with the results of an earlier run, by Google Benchmark's compare.py (Debian's libbenchmark-tools)
+# --before  compares with the results of an earlier run, using Google Benchmark's compare.py (Debian's libbenchmark-tools)
 # --readme  also writes the table into bench/README.md, and all rows into bench/notes/table.md
 #
 # Other options go to ldi_bench, such as --benchmark_filter=^nn/ and --benchmark_repetitions=9. Without --quick, each benchmark runs

@@ -22,7 +22,7 @@ find_package(nlohmann_json QUIET)  # programs write JSON; benchmarks read it
 target_link_libraries(ldi_development INTERFACE $<IF:$<TARGET_EXISTS:ldi::io>,ldi::io,ldi::ldi>
     $<TARGET_NAME_IF_EXISTS:nlohmann_json::nlohmann_json>)
 
-# For photo3d --compress. Without meshoptimizer, the program refuses that option.
+# For photo3d --compress. Without meshoptimizer or libwebp, the program refuses this option.
 if(LDI_BUILD_IO)
     find_package(meshoptimizer CONFIG QUIET)
     find_package(LdiReaders REQUIRED)

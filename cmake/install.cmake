@@ -23,8 +23,8 @@ configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ld
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/ldiConfig.cmake" "${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" DESTINATION "${package_dir}")
 
-# Writes ldi.pc for pkg-config, for every architecture. Paths are relative to the file, so that an installed tree can move, unless the
-# options of CMake have absolute paths.
+# Writes ldi.pc for pkg-config; the file suits every architecture. Its paths are relative to its own folder, so that an installed tree can
+# be moved, unless CMake's options contain absolute paths.
 set(pc_prefix "${CMAKE_INSTALL_PREFIX}")
 if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_DATADIR}")
     file(RELATIVE_PATH up "/${CMAKE_INSTALL_DATADIR}/pkgconfig" "/")

@@ -1,4 +1,4 @@
-# Leaves out parts of the project with missing packages, and prints a line with the packages' names per part.
+# Leaves out the parts of the project whose packages are missing, and prints one line per part with the names of these packages.
 #
 #   ldi_leave_out(PART PACKAGE...)      prints that PART is left out because these packages are missing
 #   ldi_has(RESULT PART NEED...)        NEED is TARGET=PACKAGE: a target that an earlier find_package() may have defined, and its package

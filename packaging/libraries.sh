@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Builds static libraries from Debian's sources, with Debian's patches: those that Debian offers only as shared libraries, and those for
-# Windows. Changes nothing outside build/libraries, which also holds apt-get's list of sources.
+# Builds static libraries from Debian's sources, with Debian's patches: for Linux, those that Debian offers only as shared libraries; for
+# the other targets, all that are needed. Changes nothing outside build/libraries, which also contains apt-get's list of source packages.
 #
-#   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a build_NAME below. TARGET: linux,
-#                                             windows, python (for Linux, linkable into shared libraries), or web
+#   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a library with a function build_NAME below.
+#                                             TARGET: linux, windows, python (for Linux, linkable into shared libraries), or web
 #                                             (WebAssembly; pugixml, lcms2, libde265, libheif)
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -28,7 +28,7 @@ sources_of_debian() {
         -o Dir::Cache="$build/apt/cache" -o APT::Sandbox::User=root "$@"
 }
 
-# Uses this machine's lists of packages as lists of sources.
+# Derives the list of source packages from this machine's list of package repositories.
 fetch_lists() {
     [ ! -e "$build/apt/parts/all.list" ] && [ ! -e "$build/apt/parts/all.sources" ] || return 0
     sed -n 's/^deb /deb-src /p' /etc/apt/sources.list /etc/apt/sources.list.d/*.list >"$build/apt/parts/all.list" 2>/dev/null || true
@@ -54,8 +54,8 @@ apt_versions() {
         -o Dir::Cache="$build/apt/cache" showsrc "$1" | sed -n 's/^Version: //p' | sort -rVu
 }
 
-# with_cmake SOURCE OPTION...: configures, builds and installs to the prefix. LIBDIR has a type, because in projects that declare it as a path, such
-# as libjpeg-turbo, CMake reads an untyped value relative to the current folder.
+# with_cmake SOURCE OPTION...: configures, builds and installs to the prefix. LIBDIR has a type (STRING), because in projects that declare
+# it as a path, such as libjpeg-turbo, CMake interprets an untyped value as relative to the current folder.
 with_cmake() {
     local source=$1 folder system=() launcher=()
     folder=$build/$target-build/$(basename "$(dirname "$source")")
@@ -68,7 +68,7 @@ with_cmake() {
         cmake --build "$folder" --parallel "$(nproc)" >&2 && cmake --install "$folder" >&2
 }
 
-# archive NAME FLAG... -- FILE...: compiles files without a build system.
+# archive NAME FLAG... -- FILE...: compiles files to the static library NAME without a build system.
 archive() {
     local name=$1 folder=$build/$target-build/$1 flags=() file compiler=(gcc) ar=ar
     [ "$shared" = OFF ] || flags+=(-fPIC)
@@ -127,7 +127,7 @@ build_libheif() {
     for tool in X265 DAV1D AOM_ENCODER AOM_DECODER SvtEnc RAV1E EXAMPLES; do options+=("-DWITH_$tool=OFF"); done
     if [ "$target" = web ]; then
         options+=(-DENABLE_MULTITHREADING_SUPPORT=OFF)
-        # By default, libheif for WebAssembly skips two of HEVC's filters and adds a JavaScript interface. The edits disable both.
+        # By default, libheif for WebAssembly skips two of HEVC's filters and adds a JavaScript interface. These edits prevent both.
         sed -i -e 's/^#if defined(__EMSCRIPTEN__)/#if 0/' -e '/de265_start_worker_threads/d' \
             "$source/libheif/heif.cc" "$source/libheif/plugins/heif_decoder_libde265.cc"
     fi

@@ -51,7 +51,7 @@ program() {
     cmake --build "build/release_$1" --target photo3d >&2
 }
 
-# common FOLDER PROGRAM: copies the files in the archives of both systems.
+# common FOLDER PROGRAM: copies the files that the Linux and the Windows archive have in common.
 common() {
     viewer
     rm -rf "$1" && mkdir -p "$1/models" "$1/viewer"
@@ -91,7 +91,7 @@ make_windows() {
     local libraries name=photo3d-$version-windows-x86_64 folder
     require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_release[@]}" "${needs_windows[@]}" >&2
     libraries=$(packaging/libraries.sh windows zlib libpng lcms2 pugixml meshoptimizer libjpeg libwebp)
-    # Links to the headers of these libraries alone, so that the cross compiler does not find this machine's C library.
+    # The folder links to the headers of these libraries only, so that the cross compiler does not find this machine's C library.
     mkdir -p build/release_headers
     local library
     for library in stb CLI nlohmann protozero; do ln -sfn "/usr/include/$library" "build/release_headers/$library"; done

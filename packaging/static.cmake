@@ -2,7 +2,7 @@
 set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
 if(WIN32)
     add_link_options(-Wl,--allow-multiple-definition)  # links mbrtowc() of photo3d/windows_utf8.cpp before the C library's
-    # build/release_headers has links to the headers of these libraries alone, without this machine's C library.
+    # build/release_headers links to the headers of these libraries only, so that this machine's C library is not found.
     foreach(name IN ITEMS CLI11::CLI11 nlohmann_json::nlohmann_json)
         add_library(${name} INTERFACE IMPORTED GLOBAL)
         target_include_directories(${name} INTERFACE "${CMAKE_CURRENT_SOURCE_DIR}/build/release_headers")

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Installs missing packages. .ci/run and the scripts of tests/ and examples/ source this file. By hand:
+# Installs missing packages. Scripts in bench/, examples/, packaging/ and tests/, and .ci/run, source this file. To run it by hand:
 #
 #   scripts/requirements.sh GROUP...      build io photo3d video viewer lessons bench tests clang ...: the packages of needs_GROUP below
 #
-#   require NEED...   installs missing packages with apt-get. Without apt-get, lists the missing needs and exits. NEED is
-#                     "KIND NAME;Debian package". KIND is command, header (also "header NAME|OTHER"), module (of the system's
-#                     Python), shared (a shared library), library (of clang) or file. With LDI_INSTALL_PACKAGES=0 in the
-#                     environment, it only lists the missing needs, too.
+#   require NEED...   installs missing packages with apt-get. Without apt-get, or with LDI_INSTALL_PACKAGES=0 in the environment,
+#                     lists the missing needs and exits with an error. NEED is "KIND NAME;Debian package". KIND is command, header
+#                     (also "header NAME|OTHER"), module (of the system's Python), shared (a shared library), library (of clang)
+#                     or file.
 #   with_screen COMMAND...        runs a command with a virtual screen
 #   install_npm_packages FOLDER   installs the packages of the folder's package-lock.json, unless they are installed
 

@@ -2,10 +2,12 @@
 #
 #   build_and_test PRESET [CMAKE_OPTION...]   builds a preset and runs its tests with CTest. A failed build counts as one failure.
 #                                             Optional variables: build_targets, a list of targets to build instead of all;
-#                                             only_labels and exclude_labels, patterns of labels of tests to run and to leave out
+#                                             only_labels and exclude_labels, regular expressions that select tests by label
 #   count_step NAME COMMAND...                runs a command, which counts as one test
-#   add_tally "N passed, N failed"            adds these counts; any other text counts as one failure, "0 passed, 0 failed" as skipped
-#   add_tally_of LOG                          adds the tally in a log's last line, and the skipped tests that print_tally states above it
+#   add_tally "N passed, N failed"            adds these counts. "0 passed, 0 failed" counts as one skipped test, any other text as one
+#                                             failure
+#   add_tally_of LOG                          adds the tally in a log's last line, and the number of skipped tests that print_tally
+#                                             printed above it
 #   count_script COMMAND...                   runs a script that prints a tally in its last line, and adds the counts. A script that fails
 #                                             without reporting a failure counts as one failure
 #   print_tally                               prints "N passed, N failed", and above it the number of skipped tests, which count as

@@ -5,8 +5,8 @@
 #
 #   tests/run.sh [--all] [CMAKE_OPTION...]
 #
-# --all adds slower tests: the lessons of examples/learn, tests labeled slow, such as those of bench/quality, tests of whole photos with
-# sanitizers, and the unit tests built with g++ without sanitizers, and with clang and the single header.
+# --all adds slower tests: the lessons of examples/learn; tests labeled slow, such as those of bench/quality; tests of whole photos with
+# sanitizers; and two more builds of the unit tests: with g++ without sanitizers, and with clang and the single header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh
@@ -25,7 +25,7 @@ require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_less
 # Requires every tested part.
 common=(-DLDI_BUILD_BENCH=OFF "-DLDI_REQUIRED=^(ldi::io|examples, tests|examples/(learn|photo3d)|photo3d|tests)" "$@")
 if [ "$all" = 1 ]; then
-    build_and_test dev "${common[@]}" -DLDI_UNITY_TESTS=OFF  # compiled apart, each file includes what it uses
+    build_and_test dev "${common[@]}" -DLDI_UNITY_TESTS=OFF  # each file compiles alone only if it includes what it uses
     # g++ builds with the separate headers, clang with the single header. The test single_include/same_program ensures that both
     # contain the same code. Without debug information, the build takes a quarter less time.
     exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
@@ -33,9 +33,9 @@ else
     build_targets="photo3d ldi_test_photo3d ldi_test_networks_tiefenrausch" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}" \
         -DLDI_UNITY_TESTS=ON
 fi
-# Excludes tests that only run the compiler, in which sanitizers find nothing, and the program, which takes minutes to build and whose
-# parts are all tested here. Only --all includes tests of whole photos. Warnings are off: the uninstrumented build reports them, and
-# sanitizers cause false ones.
+# Leaves out tests that only run a compiler, because sanitizers find nothing there, and the program, because it takes minutes to build and
+# other tests cover all its parts. Only --all includes tests of whole photos. Warnings are not errors here: the builds without sanitizers
+# report real warnings, and sanitizers cause false ones.
 [ "$all" = 1 ] && whole=ON || whole=OFF
 only_labels="unit|whole" build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF "-DLDI_BUILD_WHOLE_TESTS=$whole" \
     -DLDI_UNITY_TESTS=ON \

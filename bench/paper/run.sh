@@ -4,11 +4,11 @@
 #
 #   bench/paper/run.sh [--only stages|ablations|networks] [--runs N] [--photos N]
 #
-# --runs    runs per photo, of which each stage's median is printed; default 5
+# --runs    number of runs per photo; default 5. The tables contain the median of each stage
 # --photos  number of photos for --only ablations; default: the sample and six others
 #
 # Reads the photos, the published depth network and the pairs with depth from ../shared. The sample replaces missing photos. If other
-# data is missing, the script skips the part that needs it. The output says so.
+# data is missing, the script skips the part that needs it and says so.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh

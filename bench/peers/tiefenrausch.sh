@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Compares the depth network at 384 x 288 in ldi, ONNX Runtime (int8, npm) and torch's oneDNN (int8, Debian's python3-torch): one thread,
-# pinned to one processor, in alternating runs. All compute the published network if ../shared/tiefenrausch/model exists, else the one that
-# ships here. Prints each median of elapsed times and ends with "ratio R": our time over that of the fastest peer. The first run installs
-# onnxruntime-node in the folder PEERS_OUT; if npm cannot, the script ends with code 75.
+# pinned to one processor, in alternating runs. All compute the published network if ../shared/tiefenrausch/model exists, else the network
+# that ldi ships. Prints the median elapsed time of each and ends with "ratio R": our time divided by that of the fastest peer. The first
+# run installs onnxruntime-node in the folder PEERS_OUT; if npm cannot install it, the script ends with code 75.
 #
 #   bench/peers/tiefenrausch.sh [ROUNDS]          LDI_ISA forces an instruction set
 set -euo pipefail

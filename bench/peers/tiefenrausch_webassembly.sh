@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Compares the depth network at 384 x 288 in WebAssembly under node with ONNX Runtime Web (int8) and TensorFlow.js (float, its wasm
-# backend): one thread, pinned to one processor, in alternating runs. Prints each median of elapsed times and ends with "ratio R": our time
-# over that of the faster peer. Each run compiles ours; the first one also builds the peers' models and installs the peers in the folder
-# PEERS_OUT. With 0 rounds, the script stops after these steps. It ends with code 75 if the published network is missing, or if it can
-# install no peer.
+# backend): one thread, pinned to one processor, in alternating runs. Prints the median elapsed time of each and ends with "ratio R": our
+# time divided by that of the faster peer. Each run of the script compiles ldi; the first run also builds the peers' models and installs
+# the peers in the folder PEERS_OUT. With 0 rounds, the script stops after these steps. The script ends with code 75 if the published
+# network is missing, or if npm can install no peer.
 #
 #   bench/peers/tiefenrausch_webassembly.sh [ROUNDS]
 set -euo pipefail

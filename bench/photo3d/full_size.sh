@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures photo3d --size full on one photograph at 12, 24 and 48 megapixels, 5 runs each: maximum of the peak memory, bytes per pixel,
-# and median seconds for reading, encoding and the rest. Validates the GLB file of 48 megapixels. Ends with "N passed, N failed".
+# and median seconds for reading, encoding and the rest. Validates the 48-megapixel photo's GLB file. Ends with "N passed, N failed".
 #
 #   bench/photo3d/full_size.sh [PHOTO]     default: one of ../shared/depth_companions, or the sample
 set -euo pipefail

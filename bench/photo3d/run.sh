@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Times every stage of photo3d, with one thread and with two, on the sample and on six photographs of ../shared if present, beside the
-# paper's times. Ends with the sample's figures: "whole photo D ms at D % hidden, one thread; two threads D; peak D MB".
+# Times every stage of photo3d, with one thread and with two, on the sample and on six photographs of ../shared if present. Prints the
+# paper's times beside them. Ends with the sample's results: "whole photo D ms at D % hidden, one thread; two threads D; peak D MB".
 #
 #   bench/photo3d/run.sh [RUNS]     default: medians of 5 runs
 set -euo pipefail

@@ -11,8 +11,8 @@
 #   bench/quality/run.sh --only holes [PHOTO...] [OPTION...]       takes minutes; options: --crops FOLDER, --each,
 #                                                                  --geometry-size PIXELS
 #
-# Without a model: examples/models/farbrausch.safetensors. LPIPS needs the weights of ../shared/lpips. Photographs with depth and
-# stereo pairs are those of ../shared/rgbd. Parts whose data is absent are skipped; the ray-cast scenes need no data.
+# The default model is examples/models/farbrausch.safetensors. LPIPS needs the weights in ../shared/lpips. The photographs with depth and
+# the stereo pairs are in ../shared/rgbd. Parts whose data is absent are skipped; the ray-cast scenes need no data.
 # examples/training/evaluate.sh measures depth in more detail.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)

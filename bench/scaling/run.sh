@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Draws the plots of bench/scaling/README.md and prints the page's figures. Needs 8 GB of memory, for 48 megapixels.
+# Draws the plots of bench/scaling/README.md and prints the numbers that the page states. Needs 8 GB of memory, for 48 megapixels.
 #
 #   bench/scaling/run.sh [GOOGLE_BENCHMARK_OPTION...]
 set -euo pipefail

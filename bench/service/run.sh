@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Measures how many photos two workers of examples/service convert in the time of one (medians of three alternating runs), and how many
-# messages per second the broker accepts. Everything runs on one machine, in temporary folders. The storage is a folder, because a server
-# would use the same cores.
+# Measures how much faster two workers of examples/service convert photos than one worker (medians of three alternating runs), and how many
+# messages per second the broker accepts. Everything runs on one machine, in temporary folders. The storage is a folder, because a storage
+# server would compete for the same cores.
 #
 #   bench/service/run.sh [NUMBER_OF_PHOTOS [FOLDER]]     200 of ../shared/photos/train, else copies of the sample
 #
-# PROGRAMS is the folder of built photo3d_worker and photo3d_queue; unset: builds them.
+# PROGRAMS is the folder with photo3d_worker and photo3d_queue. If it is unset, the script builds them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # run.sh [PHOTO [OPTION...]]: converts PHOTO to a 3D photo: a page for a browser, and a GLB. The default is a photograph in the public
-# domain from a Debian package (a portrait of the astronaut Eileen Collins, NASA). `run.sh cat` and `run.sh cup` convert two others from
-# that package (CC0), `run.sh sample` the ray-cast picture beside this script, without a download. The script installs missing packages,
-# builds the program and the viewer, and prints the paths of the page and the GLB on the last two lines. It passes the options to the
-# program (build/photo3d/examples/photo3d --help).
+# domain from a Debian package (a portrait of the astronaut Eileen Collins, NASA). `run.sh cat` and `run.sh cup` convert two other
+# photographs from that package (CC0). `run.sh sample` converts the ray-cast picture beside this script, without a download. The script
+# installs missing packages, builds the program and the viewer, and prints the paths of the page and the GLB on the last two lines. It
+# passes the options to the program; build/photo3d/examples/photo3d --help lists them.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -56,7 +56,7 @@ if [ ! -f "$photo" ]; then
     exit 1
 fi
 
-# Prints the name of a photo's files in out/: the photo's name, with a number if another photo's files have that name.
+# Prints the name for a photo's files in out/: the photo's own name, with a number appended if files of another photo have that name.
 name_for() {
     local source=$1 stem=$2 name=$2 number=1
     while [ -e "$top/out/.$name.source" ] && [ "$(cat "$top/out/.$name.source")" != "$source" ]; do

@@ -32,7 +32,7 @@ start_broker() {
     fi
     broker_url=amqp://guest:guest@127.0.0.1:$broker_port
     # Debian's wrapper in the PATH would switch to another user and use the system's folders. RUNNING_UNDER_SYSTEMD makes the script
-    # replace itself by the broker (exec), so that $! is the broker's process. Busy waiting is off, because workers need the cores.
+    # replace itself with the broker (exec), so that $! is the broker's process. Busy waiting is off, because the workers need the cores.
     env RUNNING_UNDER_SYSTEMD=1 RABBITMQ_SERVER_ADDITIONAL_ERL_ARGS="+sbwt none +sbwtdcpu none +sbwtdio none" HOME="$folder" ERL_EPMD_PORT="$broker_names_port" ERL_EPMD_ADDRESS=127.0.0.1 RABBITMQ_CONF_ENV_FILE="$folder/environment" \
         RABBITMQ_NODENAME="ldi-$broker_port@localhost" RABBITMQ_DIST_PORT="$broker_distribution_port" \
         RABBITMQ_CONFIG_FILE="$folder/broker.conf" RABBITMQ_ENABLED_PLUGINS_FILE="$folder/plugins" \

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Starts a broker, two workers and a submitter on this machine, converts photos, and prints the results. Needs no containers.
 #
-#   examples/service/run.sh [FOLDER_OF_PHOTOS [FOLDER_FOR_OUTPUTS]]     default: the sample four times, build/service/outputs
+#   examples/service/run.sh [FOLDER_OF_PHOTOS [FOLDER_FOR_OUTPUTS]]     default: four copies of the sample and a broken file;
+#                                                                       build/service/outputs
 #
-# PROGRAMS is the folder of built photo3d_worker and photo3d_queue; unset: builds them.
+# PROGRAMS is the folder with photo3d_worker and photo3d_queue. If it is unset, the script builds them.
 set -euo pipefail
 repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
 # shellcheck source=scripts/requirements.sh

@@ -1,6 +1,6 @@
-// Includes all headers that require only the standard library. They convert a photo's pixels and the bytes of weight files to the
-// bytes of a GLB file. Include other headers individually: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for
-// Eigen and xtensor.
+// Includes all headers that require only the standard library. They suffice to convert a photo's pixels and the bytes of weight
+// files to the bytes of a GLB file. Include other headers individually: ldi/io/... for files and decoders (link ldi::io),
+// ldi/adapt/... for Eigen and xtensor.
 #pragma once
 
 #include <ldi/version.hpp>

@@ -1,4 +1,4 @@
-// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Stages beyond the paper sharpen depth edges
+// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Additional stages sharpen depth edges
 // (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside silhouettes, add texture to hidden
 // surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
 // (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run only some
@@ -42,8 +42,8 @@ struct basic_photo3d {
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
-    /// Number of pixel sides in silhouettes that were dropped because of curve_options::max_density or max_sides. The mesh
-    /// connects the front and the back surface across these sides. Usually 0 for photographs.
+    /// Total number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped. Across these sides,
+    /// the mesh connects the front and the back surface. Usually 0 for photographs.
     std::size_t dropped_sides = 0;
     /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;

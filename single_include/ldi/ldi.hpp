@@ -23,9 +23,10 @@
 //                         not define it.
 //
 // Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
-// would otherwise merge. Types of one configuration therefore differ from those of another, and an ldi::error that crosses
-// the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
-// thread. Settings that change the layout of the standard library's types, such as _GLIBCXX_DEBUG, must be the same everywhere.
+// would otherwise merge. Types of one configuration therefore differ from those of another, so an ldi::error thrown in one
+// configuration can be caught in another only as std::runtime_error. Each configuration has its own error handler and its own
+// current memory per thread. Settings that change the layout of the standard library's types, such as _GLIBCXX_DEBUG, must be the
+// same everywhere.
 
 #include <cassert>
 
@@ -202,8 +203,8 @@ inline std::string to_string(const error_details& details) {
     return text;
 }
 
-/// The only exception type that ldi throws on bad input. Copies of a std::runtime_error share its text, so that copies of an
-/// error need no memory.
+/// The only exception type that ldi throws on bad input. It stores its strings as std::runtime_error objects, whose copies share
+/// one text, so that copying an error allocates no memory.
 class error : public std::runtime_error {
 public:
     explicit error(const error_details& details)
@@ -238,7 +239,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }
 
 /// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
-/// string views, because constructing strings in the many callers would dominate compile time.
+/// string views, because constructing a std::string at each of the many call sites would dominate compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
@@ -253,8 +254,8 @@ inline error_handler set_error_handler(error_handler handler) {
 }}  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Allocators. A `memory_scope` selects the allocator that ldi uses, so that an engine's memory budget covers every stage. The
-// buffers of base/buffer.hpp allocate from it.
+// Custom allocators. A `memory_scope` selects the allocator for all buffers (base/buffer.hpp) that ldi creates, so that an engine
+// can charge every stage to its own memory budget.
 
 #include <cstddef>
 
@@ -264,7 +265,7 @@ inline error_handler set_error_handler(error_handler handler) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An allocator. It must outlive everything allocated from it. Its functions are called on any thread that works for a stage.
+/// An allocator. It must outlive everything allocated from it. The threads of a stage may call its functions at the same time.
 struct memory {
     void* context = nullptr;
     /// Returns at least `bytes` bytes, aligned to `alignment`, a power of two; null if memory is exhausted.
@@ -295,11 +296,12 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// Returns the memory from which buffers on this thread are allocated: the memory of the current `memory_scope`, otherwise the C
-/// library's.
+/// Returns the allocator that new buffers on this thread use: that of the innermost `memory_scope`, or the C library's if there
+/// is no scope.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
-/// Makes the calling thread allocate from `from` until the end of the scope. Stages apply it to the threads of their executor.
+/// Makes new buffers on the calling thread allocate from `from` until the scope ends. Stages called in the scope also use `from`
+/// on the threads of their executor.
 ///
 ///     ldi::memory_scope scope(my_engine_memory);
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
@@ -359,7 +361,7 @@ struct memory_block {
     std::size_t size = 0, capacity = 0;  ///< in values
     const memory* from = nullptr;
 
-    /// Allocates a larger, empty block. The first success selects the allocator.
+    /// Allocates a larger, empty block. The first successful call fixes the allocator for all later calls.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         const memory& source = from != nullptr ? *from : current_memory();
         if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count(new_capacity, value_size);
@@ -411,7 +413,7 @@ inline constexpr unset_t unset{};
 
 namespace detail {
 
-/// An iterator that supports differences. Replaces std::random_access_iterator, whose header is not needed otherwise.
+/// An iterator that supports differences. Replaces std::random_access_iterator, because nothing else here requires <iterator>.
 template <class T>
 concept element_iterator = requires(T i) {
     *i;
@@ -430,8 +432,8 @@ concept element_iterator = requires(T i) {
 ///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
-/// value's copy constructor throws while the buffer grows or is assigned to. A buffer that grows copies values whose move
-/// constructor may throw. The iterators of append() and insert() must not throw.
+/// value's copy constructor throws while the buffer grows or is assigned to. If a type's move constructor may throw, a growing
+/// buffer copies the values instead of moving them. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -783,8 +785,8 @@ struct serial_executor {
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
 /// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
-/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
-/// pieces that have not started, and rethrows the first exception after all calls have ended.
+/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws,
+/// parallel_for() skips the pieces that have not started, waits for the others, and rethrows the first exception.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -826,8 +828,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
-/// pool runs does not call run() of the same pool, which would deadlock.
+/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: a function that runs on the pool
+/// must not call run() of the same pool, which would deadlock; an assertion checks this.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
@@ -946,7 +948,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A shape and row-major values. Half-precision numbers of a file become float.
+/// A shape and row-major values. Half-precision numbers in a file are converted to float.
 struct tensor {
     buffer<std::size_t> shape;  ///< empty for a single value
     std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
@@ -974,7 +976,7 @@ inline std::string shape_text(const buffer<std::size_t>& shape) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
+/// The caller's callbacks for progress and cancellation. Each may be null. Both are called on the thread that called the stage.
 struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
@@ -990,12 +992,12 @@ struct progress_listener {
 }}  // namespace ldi
 
 // ---- ldi/base/utf8.hpp
-// Recognizes characters of text in UTF-8 (RFC 3629).
+// Measures and validates UTF-8 characters (RFC 3629).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
-/// in its shortest form, for example because it is empty. Surrogates are not characters.
+/// Returns the number of bytes in the first character of a text, 1 to 4. Returns 0 if the text is empty or does not begin with
+/// valid UTF-8. Overlong encodings and surrogates are invalid.
 inline std::size_t utf8_length(std::string_view text) {
     if (text.empty()) return 0;
     const auto byte = [&](std::size_t i) {
@@ -1023,7 +1025,7 @@ inline std::size_t utf8_length(std::string_view text) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
+/// Converts an integer to the nearest float: exact up to 2^24, far beyond the width and height of any practical image.
 template <std::integral Integer>
 constexpr float nearest_float(Integer n) {
     return static_cast<float>(n);
@@ -1053,8 +1055,8 @@ inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }
 
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
-/// round up, so that 0.49999997 becomes 1.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Just below a half, the sum `mean + 0.5F` may
+/// itself round up: 0.49999997 becomes 1.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
 /// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.
@@ -1144,9 +1146,9 @@ inline float natural_logarithm(float x) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
-/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
-/// origin looking along -z.
+/// The camera of the photo. Its functions do not check the focal length: with 0, the default, unproject() returns infinite or NaN
+/// coordinates. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the
+/// right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
     float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
@@ -1187,8 +1189,8 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 
 /// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
 /// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
-/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
-/// distances: those outside the ranges below lead to depths that are infinite or NaN.
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). The functions do not check the
+/// two distances: values outside the ranges below give meaningless depths, such as negative or infinite ones.
 struct depth_range {
     float z_near = 1.0F;  ///< depth at disparity 1, above 0
     float z_far = 10.0F;  ///< depth at disparity 0, z_near or more
@@ -1209,7 +1211,7 @@ struct depth_range {
 }}  // namespace ldi
 
 // ---- ldi/base/printable.hpp
-// Formats numbers, image sizes, and names that were read from files, for messages.
+// Text for error messages: formats numbers and image sizes, and sanitizes names read from files.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -1245,7 +1247,7 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
-// one of its rows. A graph does not change; core/graph_builder.hpp makes new ones.
+// one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -1590,14 +1592,14 @@ public:
         there = no_pixel;
     }
 
-    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, because the caller could
+    /// Moves a pixel without checking its links. No function returns a writable view of a column, because the caller could
     /// change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
     /// direction, too. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, in release builds, too; the builder
+    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, even in release builds; the builder
     /// then remains unchanged. Linear time.
     [[nodiscard]] graph build() && {
         if (const std::optional<violation> found = validate(view())) found->refuse("graph_builder");
@@ -1705,7 +1707,7 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
     return detail::order_of_sound(g, disparity);
 }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     check_topology(g, "canonical_order");
     return detail::order_of_sound(g, disparity);
@@ -1777,7 +1779,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
-///         // One channel of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
+///         // Value of one channel at a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
 ///         // Values of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
@@ -1978,7 +1980,7 @@ std::size_t scalar_count(std::size_t pixels) {
 
 }  // namespace detail
 
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, meaningless until the pixel is inpainted.
+/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, the color is meaningless until it is inpainted.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
@@ -1987,8 +1989,7 @@ struct color_column {
 
 /// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
 /// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
-/// color_column. Unlike there, a hidden pixel keeps the color of the pixel whose surface it continues, because nothing inpaints
-/// 16 bits.
+/// color_column. Because nothing inpaints 16-bit colors, a hidden pixel keeps the color of the pixel whose surface it continues.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
@@ -2011,7 +2012,7 @@ struct known_column {
     }
 };
 
-/// Share of the nearer surface in the photo's color near a silhouette, 0 to 255. 0 elsewhere.
+/// Alpha matte near silhouettes: the fraction of the photo's color that the nearer surface contributes, as 0 to 255. 0 elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -2037,7 +2038,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
 struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of their first entry in `origins`
+    std::int32_t first;  ///< old pixels: first pixel's index before grow(); new pixels: first pixel's index in `origins`
     std::int32_t count;
     bool is_new;
 };
@@ -2116,26 +2117,27 @@ namespace detail {
 }
 }  // namespace detail
 
-/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
+/// Adds and removes links, but does not change the pixels. edit_links() passes a link_editor to its callback, which must not use
+/// it after it returns.
 class link_editor {
 public:
     link_editor(const link_editor&) = delete;
     link_editor& operator=(const link_editor&) = delete;
 
-    /// Returns the neighbor of a pixel, or no_pixel. Raises mismatch for a pixel or a side that does not exist, in release
-    /// builds, too.
+    /// Returns the neighbor of a pixel, or no_pixel. Raises mismatch for a pixel or a side that does not exist, even in release
+    /// builds.
     std::int32_t neighbor(std::int32_t pixel, side s) const {
         check(pixel, s);
         return graph_.neighbor(pixel, s);
     }
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
-    /// graph_builder::can_link() is true, in release builds, too.
+    /// graph_builder::can_link() is true, even in release builds.
     void link(std::int32_t a, side s, std::int32_t b) {
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
     }
-    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, in release builds,
-    /// too.
+    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, even in release
+    /// builds.
     void unlink(std::int32_t a, side s) {
         check(a, s);
         graph_.unlink(a, s);
@@ -2244,7 +2246,7 @@ public:
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
     /// pixels again, even if `edit` throws. Views of the image's topology show the changes. Raises mismatch if `edit` assigned
-    /// pixels to the image; they are lost.
+    /// pixels to the image itself; the assigned pixels are lost.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -2270,7 +2272,7 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K values, one per pixel; raises mismatch for any other number
+    /// kept  K values, one per pixel; raises mismatch for any other number of values
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
@@ -2448,7 +2450,7 @@ private:
 
 // ---- ldi/core/level_map.hpp
 // Level maps relate the pixels of a graph to the pixels of the graph at half resolution. Coarsening makes them; plans, pooling
-// and nearest upsampling read them (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+// and nearest-neighbor upsampling read them (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2460,7 +2462,7 @@ coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
 }
 
 /// Relates the pixels of a graph (fine pixels) to the pixels of the coarser graph that coarsen() makes from it (coarse pixels).
-/// Only coarsen() makes level maps that contain pixels, and no function edits them, so their indices are always valid.
+/// Only coarsen() makes nonempty level maps, and no function edits them, so their indices are always valid.
 class level_map {
 public:
     level_map() = default;
@@ -2535,8 +2537,8 @@ inline buffer<pixel_run> runs_of(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/coarsening.hpp
-// Halves the resolution of a graph, as stride 2 does for an image, and returns the map that nearest upsampling uses (paper,
-// section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+// Halves the resolution of a graph, as a convolution of stride 2 halves an image, and returns the map from fine to coarse pixels
+// that nearest-neighbor upsampling uses (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2546,8 +2548,8 @@ struct coarsened {
     level_map map;   ///< relates the pixels of both graphs
 };
 
-/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel along links inside its 2 x 2 group, because it lies
-/// on a thin strip or behind a silhouette.
+/// Treatment of orphans. The coarse graph keeps the pixels at even x and even y. An orphan is a pixel that cannot reach a kept
+/// pixel along links inside its 2 x 2 group, because it lies on a thin strip or behind a silhouette.
 enum class orphan_rule : std::uint8_t {
     /// an orphan adopts the parent of the nearest pixel with a parent. Distance is counted in links; breadth-first exploration in
     /// the order up, down, left, right breaks ties
@@ -2619,7 +2621,7 @@ inline void link_kept_pixels(const graph_view& g, const level_columns& result, g
     }
 }
 
-/// Finds the parents of a run's pixels that are not kept. Tries the first path of corner_of_group() before it calls that
+/// Finds parents for those pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls that
 /// function, because all links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
@@ -2639,7 +2641,7 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Assigns to every pixel without a parent the parent of the nearest pixel with a parent. Distance is counted in links;
+/// Assigns a parent to every pixel without one: the parent of the nearest pixel that has a parent. Distance is counted in links;
 /// breadth-first exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is
 /// reachable.
 ///
@@ -2701,7 +2703,7 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     check_topology(g, "coarsen");
     return detail::coarsen_sound(g, orphans);
@@ -2769,7 +2771,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
     coarsened level = coarsen(fine.topology(), orphans);
     return {detail::coarser_columns(fine, std::move(level.topology), level.map), std::move(level.map)};
 }
-/// The same for a view. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a layered image. Raises mismatch if its graph violates an invariant of `graph`, even in release builds.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_view<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(fine.topology(), orphans);
@@ -2902,10 +2904,10 @@ inline components components_of_sound(const graph_view& g) {
 
 }  // namespace detail
 
-/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
+/// Finds the connected components of a graph of K pixels in O(K log K) time. Pixels may be in any order. Canonical order is
 /// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
 inline components connected_components(const graph& g) { return detail::components_of_sound(g); }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline components connected_components(const graph_view& g) {
     check_topology(g, "connected_components");
     return detail::components_of_sound(g);
@@ -2999,7 +3001,7 @@ public:
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
+    /// One level of the multigrid. Cell 0 has value 0 and stands in for every missing neighbor.
     struct level {
         buffer<value_type> value;
         /// Per cell: sum over its known neighbors, undefined if there are none. prepare() sets the last entry to 1 / (number of
@@ -3139,8 +3141,8 @@ struct discontinuity {
 }}  // namespace ldi
 
 // ---- ldi/core/image.hpp
-// Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that memory of an engine, OpenCV or NumPy is
-// used without a copy. They return an `image`, which owns its values.
+// Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that callers can pass the memory of an engine,
+// OpenCV or NumPy without a copy. Stages return an `image`, which owns its values.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3166,7 +3168,7 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
 }
 
 /// Converts a stride from bytes to values. Raises mismatch if the stride is not a whole number of values or if rows would
-/// overlap; with a stride of 0 bytes, they do.
+/// overlap, as they would with a stride of 0 bytes.
 inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
     if (bytes % value_size != 0 || bytes / value_size < row_values)
         raise(error_code::mismatch, "image_view",
@@ -3444,8 +3446,8 @@ struct surface_rule {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window through which a 3D photo is seen. Surfaces at this disparity do not move within the window. It is the
-/// middle of the range, so that the nearest and the farthest surface move equally far.
+/// Disparity of the window (the zero-parallax plane) through which a 3D photo is seen. Surfaces at this disparity do not move
+/// within the window. The value is the middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
 /// What is known about a photo. Stages read it beside the layers.
@@ -3453,8 +3455,8 @@ struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
-    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0 if
-    /// there are none.
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a fraction of the photo's longer side; 0 if
+    /// there are no hidden surfaces.
     float motion = 0.0F;
     /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
     /// border.
@@ -3473,11 +3475,11 @@ struct photo_facts {
     }
 };
 
-/// Upper bounds on the errors that the default tolerances of the mesh cause. Hidden surfaces, and the strips that extend them
-/// (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces separate, each outline may be
-/// off by one pixel (mesh/simplify.hpp). mesh_disparity: not less than the sum of the disparity tolerances of mesh/simplify.hpp
-/// and mesh/studs.hpp. They are in core because expand() and grow_past_frame() also depend on them, and occlusion/ and mesh/ do
-/// not include each other.
+/// Upper bounds, in pixels and in disparity, on the errors that the default tolerances of the mesh cause. Hidden surfaces, and
+/// the strips that extend them (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces
+/// separate, each outline may be off by one pixel (mesh/simplify.hpp). mesh_disparity: at least the sum of the disparity
+/// tolerances in mesh/simplify.hpp and mesh/studs.hpp. They are in core because expand() and grow_past_frame() also depend on
+/// them, and occlusion/ and mesh/ do not include each other.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.
@@ -3491,7 +3493,8 @@ inline float max_parallax(std::int32_t width, std::int32_t height, float motion)
 }}  // namespace ldi
 
 // ---- ldi/core/pixel_region.hpp
-// A set of lattice pixels that a sparse computation visits, stored as runs row by row. Pixels are numbered in this order.
+// A set of lattice pixels that a sparse computation visits, stored row by row as runs. Pixels are numbered from top to bottom and
+// from left to right.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3645,7 +3648,7 @@ inline buffer<std::int32_t> pixels_below(const pixel_region& region) {
 }}  // namespace ldi
 
 // ---- ldi/core/single_layer.hpp
-// One layer in the order of the photo. lift() makes it; expand() turns it into a layered image.
+// A single layer with the photo's pixels in row-major order. lift() makes it; expand() turns it into a layered image.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3653,8 +3656,8 @@ namespace detail {
 struct expansion_access;
 }
 
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change; pixels may not.
-/// expand() turns it into a layered image.
+/// A single layer with the photo's pixels in row-major order: pixel (x, y) has index y * width + x. Links and values can change,
+/// but pixels cannot be added, removed or moved. expand() turns it into a layered image.
 template <payload_column... Columns>
 class single_layer {
 public:
@@ -3709,7 +3712,7 @@ public:
 
     /// Returns the layer with one more column.
     ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
+    /// scalars  K x channels, row-major. Raises mismatch for any other length; in that case, the layer keeps its values
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // normals stay with their pixels up to the mesh
@@ -3998,7 +4001,7 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other
+/// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
 ///              there
@@ -4059,7 +4062,7 @@ enum class cpu_feature {
 }}  // namespace ldi
 
 // ---- ldi/kernels/detail/target.hpp
-// Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
+// Compiles code for several instruction sets in one header, independently of the user's compiler flags. Functions between
 // LDI_BEGIN_TARGET("features") and LDI_END_TARGET are compiled for the named processor features in every translation unit. Code
 // between the two macros must not contain lambdas or standard templates over vector types. If it calls a function that uses
 // intrinsics, that function must also be between the macros. Write loops over registers as fold expressions: g++ 12 keeps an
@@ -4093,8 +4096,8 @@ enum class cpu_feature {
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
 // g++ 12 warns about values that its own intrinsics leave undefined on purpose. Its partial redundancy elimination copies every
-// sum of a matrix product to the stack and halves the speed. Its scheduling before register allocation, on by default for Arm,
-// loads all weights of a tile early and spills them.
+// sum of a matrix product to the stack, which halves the speed. Its scheduling before register allocation, on by default for Arm,
+// loads all weights of a tile early and therefore spills them.
 #define LDI_BEGIN_TARGET(features)                            \
     LDI_PRAGMA(GCC push_options)                              \
     LDI_PRAGMA(GCC target(features))                          \
@@ -4120,8 +4123,8 @@ enum class cpu_feature {
 #endif
 
 // ---- ldi/kernels/detail/dot_product_extension.hpp
-// Detects the dot product extension of 64-bit Arm processors. Armv8.2 introduced it as an option; phones since 2018 and all Apple
-// M chips have it.
+// Detects the dot product extension of 64-bit Arm processors. Armv8.2 introduced it as an option; most phones since 2018 and all
+// Apple M chips have it.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4161,15 +4164,16 @@ inline bool has_dot_product_extension() {
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// Returns register EAX after CPUID. The macros of <cpuid.h> would break __cpuid() of <intrin.h> in programs for Windows.
+/// Returns register EAX after CPUID. Uses inline assembly, because the macros of <cpuid.h> would break __cpuid() of <intrin.h> in
+/// programs for Windows.
 inline std::uint32_t cpuid_eax(std::uint32_t leaf, std::uint32_t subleaf) {
     std::uint32_t b = 0, d = 0;
     asm volatile("cpuid" : "+a"(leaf), "=b"(b), "+c"(subleaf), "=d"(d));
     return leaf;
 }
 
-/// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so an
-/// operating system that supports AVX2 supports it, too.
+/// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so every
+/// operating system that supports AVX2 also supports AVX-VNNI.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_eax(0, 0) >= 7 && cpuid_eax(7, 0) >= 1 && (cpuid_eax(7, 1) >> 4U & 1U) != 0;
     return found;
@@ -4201,10 +4205,9 @@ inline bool has_feature(cpu_feature feature) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/isa.hpp
-// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. A program selects a set at run time when
-// it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a
-// set by its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a
-// set.
+// Instruction sets that kernels/ has code for; each is a row of `instruction_sets`. A program selects a set at run time when it
+// packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a set by
+// its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a set.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -4286,8 +4289,8 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
 }}  // namespace ldi
 
 // ---- ldi/kernels/requantize.hpp
-// Exact integer requantization to 8 bits, of an int32 accumulator (a sum of products) or of the sum of two 8-bit tensors. The
-// arithmetic is that of QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit.
+// Exact integer requantization to 8 bits. It converts an int32 accumulator (a sum of products) or the sum of two 8-bit tensors.
+// The arithmetic is that of QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit.
 // Every instruction set must return the values of these functions.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -4423,7 +4426,7 @@ struct conv_panel_input {
     const Value* const* rows;  ///< addresses of the first pixel's pieces
     /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
     std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;  ///< of the panel
+    const Value* weights;  ///< weights of the panel
 };
 
 /// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
@@ -4527,7 +4530,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Assembly, because clang before 16 has the intrinsics only in translation units compiled for this instruction set.
+// Inline assembly, because clang before version 16 has the intrinsics only in translation units compiled for this instruction
+// set.
 
 /// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
@@ -4550,7 +4554,7 @@ template <int lane>
 // Products of tiles. The class Products has these members:
 //
 //     group                                      inputs per lane of a vector of inputs, and weights per output
-//     inputs_type                                vector of inputs, and of weights of 4 outputs
+//     inputs_type                                vector of inputs, or of the weights of 4 outputs
 //     load_inputs<count>(from)                   loads 1, 2 or 4 groups of inputs into the first lanes
 //     multiply_add<lane>(sums, weights, inputs)  multiply-adds the weights of 4 outputs and one lane of the inputs
 
@@ -4581,7 +4585,7 @@ template <class Products, int... lane, class Sums, class Weight, class Input, st
     weights += sizeof...(lane) * sizeof...(v) * 4 * Products::group;
 }
 
-/// Multiply-adds `groups` groups of inputs of every pixel, and moves `weights` behind them.
+/// Multiply-adds `groups` groups of inputs of every pixel, and advances `weights` past the weights of these groups.
 template <class Products, class Pixels, class Vectors, class Sums, class Weight, class Input>
 [[gnu::always_inline]] inline void multiply_add_groups(Pixels pixels, Vectors vectors, Sums* sums, const Weight*& weights,
                                                        const Input* inputs, std::size_t stride, std::size_t groups) {
@@ -4608,7 +4612,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away from zero.
+    /// srshl rounds halves up. The halves of negative values must round down, away from zero, so 1 is first subtracted from them.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -4885,8 +4889,8 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero. With a shift of 0, there is
-/// only one rounding.
+/// The integer form rounds twice. Its first rounding moves the thresholds toward zero by this distance. With a shift of 0, there
+/// is only one rounding.
 inline double threshold_shift(const requantization& r) { return r.shift == 0 ? 0.0 : std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
@@ -4914,9 +4918,9 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-/// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the
-/// integer in the low bits. Down to -2^23 the result is still monotonic. WebAssembly's conversion from float to integer would
-/// cost six x86 instructions.
+/// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds the float to the nearest integer, halves to even, and
+/// leaves this integer in the low bits of the sum. Down to -2^23 the result is still monotonic. WebAssembly's conversion from
+/// float to integer would cost six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
@@ -5036,8 +5040,8 @@ struct float_sums {
     }
 
 private:
-    /// Converts to float. Hides from clang that no value is negative: clang would use the conversion of unsigned integers, which
-    /// costs eight x86 instructions instead of one.
+    /// Converts to float. Hides from clang that no value is negative: otherwise, clang would convert the values as unsigned
+    /// integers, which costs eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
@@ -5066,8 +5070,8 @@ struct integer_sums {
     }
 
 private:
-    /// A shift that adds half rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away
-    /// from zero.
+    /// A shift that adds half rounds halves up. The halves of negative values must round down, away from zero, so 1 is first
+    /// subtracted from these values.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
         const v128_t sums = wasm_i32x4_add(products, bias);
@@ -5395,8 +5399,8 @@ struct integer_adder {
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
-    /// makes it round their halves down, away from zero.
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. The halves of negative values must round
+    /// down, away from zero, so 1 is first subtracted from these values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
@@ -5477,8 +5481,8 @@ struct integer_adder {
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
-    /// makes it round their halves down, away from zero.
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. The halves of negative values must round
+    /// down, away from zero, so 1 is first subtracted from these values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
@@ -5660,8 +5664,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some sums on machines that have it. clang's -ffp-contract=fast and
-// -ffast-math of any compiler override this pragma: do not compile with them.
+// A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile with clang's
+// -ffp-contract=fast or with any compiler's -ffast-math: these flags override this pragma.
 #if defined(__clang__) && LDI_HAS_EXTENSIONS
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -5729,7 +5733,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
-/// Resizes an image by averaging over areas. In an enlarged image, each source pixel becomes a rectangle of constant color, with
+/// Resizes an image by averaging over areas. In an upsampled image, each source pixel becomes a rectangle of constant color, with
 /// mixed colors at its borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
@@ -5802,9 +5806,9 @@ struct conv_f32_kernel {
 // ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
-// The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles: at least 8 independent sums hide the
-// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle. A tile of 12 pixels
-// with one vector needs 13 loads for 12 multiply-adds, so the loads limit its speed.
+// The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles, so at least 8 independent sums are
+// necessary to hide the latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle. A
+// tile of 12 pixels with one vector needs 13 loads for 12 multiply-adds, so the loads limit its speed.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5890,8 +5894,9 @@ LDI_END_TARGET
 //
 // A tile consists of some pixels and one panel of outputs (detail/panel_cut.hpp); its sums stay in registers. For each input (or
 // group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
-// the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
-// (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
+// the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. At
+// least 4 (Zen 4) or 8 (Intel) are necessary to hide the latency, but large tiles save loads of weights that do not fit in the
+// first-level cache.
 //
 // The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
 // on Zen 5, median of 9 runs:
@@ -6095,7 +6100,7 @@ struct conv_f32_sums {
             sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
             __m512 x = _mm512_set1_ps(input);
-            if constexpr (half == 1) asm("" : "+v"(x));  // or clang would load x again for the half vector
+            if constexpr (half == 1) asm("" : "+v"(x));  // otherwise, clang would load x again for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
         }
@@ -6149,7 +6154,7 @@ LDI_END_TARGET
 // kernels/conv_f32.hpp with NEON.
 //
 // One load fetches four inputs of a pixel. fmla (by element) multiplies one of them by the weights of 4 outputs, without a
-// separate instruction that broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its
+// separate broadcast instruction. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its
 // inputs in 6. It loads 22 vectors per 96 fmla (384 products): 3.3 products per instruction, compared to 4 for fmla alone.
 
 #if LDI_HAS_ARM_KERNELS
@@ -6240,8 +6245,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 inline constexpr std::size_t conv_panel = 8;
 inline constexpr detail::panel_layout conv_f32_layout{1, conv_panel, 1};
 
-/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
-/// only, and a pixel's bits would depend on its tile.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse only in some
+/// tiles, and a pixel's bits would depend on its tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);
@@ -6566,7 +6571,7 @@ template <class Result>
 //     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -6806,7 +6811,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 //     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -6943,7 +6948,7 @@ template <class Result>
 //     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -7121,7 +7126,7 @@ template <class Result>
 //     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
@@ -7289,7 +7294,8 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {min - int{zero_point}, max - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels without a fused multiply-add, which first widen the inputs into a buffer of fixed size.
+/// Maximum number of inputs per output in kernels without a fused multiply-add: they first widen the inputs into a buffer of
+/// fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
 /// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /
@@ -7354,7 +7360,7 @@ struct depthwise_u8_weights {
     float_requantization fast;    ///< as in gemm_u8_weights
 };
 
-/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
+/// Number of pixels per row of the result, for `width` stored pixels that are each repeated `repeat` times.
 inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
     return (width * repeat + weights.stride - 1) / weights.stride;
 }
@@ -7434,7 +7440,7 @@ struct depthwise_order {
 /// Packs weights by unit (up to `max_channels` channels), then by column of the window: 4 vectors with 4 rows per channel. The
 /// fourth row has weight 0.
 ///
-/// sign  -1 for negated weights
+/// sign  -1 to negate the weights, else 1
 template <std::size_t max_channels>
 void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, int sign) {
     for (std::size_t done = 0; done < packed.channels;) {
@@ -7507,12 +7513,12 @@ struct depthwise_stretches {
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// Returns the addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any
-    /// stride and repetition.
+    /// For each stretch of the result, returns the addresses of column `tap` (0 to 2) in the window around the stretch's pixel x,
+    /// for any stride and repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            // Column of the enlarged row, plus one: 0 is the padding to the left of the row.
+            // Column of the upsampled row, plus one: 0 is the padding to the left of the row.
             const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }
@@ -8644,9 +8650,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // ---- ldi/kernels/depthwise_u8/wasm.hpp
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
-// rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
-// 5 multiplications for 4 channels.
+// The kernel first upsamples the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
+// rows with each other, and each column of the third row with the next column of the same row. The 9 products of a window then
+// cost 5 multiplications for 4 channels.
 //
 // The loop of generic/walk.hpp would be slower here. It interleaves each column separately, which would cost 6 multiplications.
 // It also keeps two windows and a column of 16 channels in registers: 12 of the 15 that V8 allocates, even without weights and
@@ -8720,14 +8726,14 @@ template <bool all>
     return wasm_v128_load(bytes);
 }
 
-/// Three rows of an image before the enlargement.
+/// Three rows of an image before upsampling.
 struct depthwise_rows {
     const std::uint8_t* rows[3];  // nullptr for a row outside the image
     std::size_t channels, width, repeat;
     std::uint8_t padding;
 };
 
-/// Fills `count` slots with columns of the enlarged rows, starting at column `first` - 1. At most one column on each side is
+/// Fills `count` slots with columns of the upsampled rows, starting at column `first` - 1. At most one column on each side is
 /// outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
@@ -8838,7 +8844,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 // ---- ldi/kernels/depthwise_u8.hpp
 // Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result per call. The input can be
-// enlarged by repeating pixels, and the enlarged image is never stored. Each instruction set has a file in depthwise_u8/; all
+// upsampled by repeating pixels, and the upsampled image is never stored. Each instruction set has a file in depthwise_u8/; all
 // of them return the same bits.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -8901,7 +8907,8 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 }}  // namespace ldi
 
 // ---- ldi/base/stable_sort.hpp
-// A stable sort whose scratch memory is a buffer; std::stable_sort allocates from the heap.
+// A stable sort that allocates its scratch memory from the caller's allocator (base/memory.hpp). std::stable_sort would use the
+// global heap.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9018,13 +9025,13 @@ struct gemm_panel_of {
     }
 };
 
-/// Layout of the weights of a single output, in the order of the inputs; pads each segment to a multiple of `lanes`. Panels of
-/// outputs would use only one lane of each vector.
+/// Layout of the weights of a layer with a single output, in the order of the inputs; pads each segment to a multiple of `lanes`.
+/// Panels of outputs would use only one lane of each vector.
 constexpr panel_layout single_output_layout(std::size_t lanes) { return {lanes, 1, 1}; }
 
 /// Appends weights minus their zero point.
 ///
-/// sign  -1 for negated weights
+/// sign  -1 to negate the weights, else 1
 template <class Stored>
 void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
                     int weight_zero_point, int sign, const panel_layout& layout) {
@@ -9473,9 +9480,9 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/avx512vnni.hpp
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide
-// the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications; larger tiles are
-// not faster.
+// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle, so at least 10 independent sums are
+// necessary to hide the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications;
+// larger tiles are not faster.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -9503,7 +9510,7 @@ using gemm_vector = __m512i;
     return _mm512_set1_epi32(four);
 }
 
-/// Multiply-adds one vector. `half` computes only its first 8 sums: Zen 4 needs two cycles for a 512-bit instruction.
+/// Multiply-adds one vector. If `half` is true, computes only its first 8 sums: Zen 4 needs two cycles for a 512-bit instruction.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -9732,8 +9739,9 @@ LDI_END_TARGET
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
 // 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
-// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
-// latency. Tiles have 12 sums. Together with two vectors of weights and one of inputs, they occupy 15 of the 16 registers.
+// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake), so at least 10 independent sums are
+// necessary to hide the latency. Tiles have 12 sums. Together with two vectors of weights and one of inputs, they occupy 15 of
+// the 16 registers.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -9878,8 +9886,8 @@ LDI_END_TARGET
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
 // One load fetches sixteen inputs of a pixel. sdot (by element) multiplies four of them by the weights of 4 outputs, without a
-// separate instruction that broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96
-// sdot (1536 products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
+// separate broadcast instruction. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot
+// (1536 products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -10054,7 +10062,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, {1, gemm_panel, 1});
 }
 
-/// Computes `pixels` pixels with one panel of weights, requantized.
+/// Computes and requantizes `pixels` pixels with one panel of weights.
 template <std::size_t pixels>
 inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
                          std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {
@@ -10112,7 +10120,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    const std::int16_t* starts[gemm_u8_weights::max_segments];  // of the segments
+    const std::int16_t* starts[gemm_u8_weights::max_segments];  // start of each segment
     std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
@@ -10382,8 +10390,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 ///
 /// target             requested instruction set; must be available (is_available()), else raises invalid_option. If its kernel is
 ///                    not exact for this layer, the function packs for a slower set; the result's `target` names the set that was
-///                    used. VNNI and NEON kernels are not exact if the weights do not fit in signed bytes, even negated. x86
-///                    kernels are not exact if the requantization has no float form
+///                    used. VNNI and NEON kernels require that all `weight - zero point`, or all their negatives, fit in signed
+///                    bytes. x86 kernels also require a float form of the requantization (find_float_requantization())
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -10426,7 +10434,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 }}  // namespace ldi
 
 // ---- ldi/kernels/repeat_pixels_u8.hpp
-// Nearest-neighbor enlargement of one row of 8-bit activations.
+// Nearest-neighbor upsampling of one row of 8-bit activations.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10724,7 +10732,7 @@ public:
     /// The segments, in ascending order of outputs.
     array_view<const segment> segments() const& { return parts_.segments; }
     array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
+    /// The kernel_size rows of the window of a segment's first output, top to bottom, each named by its center pixel.
     std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
     std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
     /// The irregular outputs, ascending.
@@ -10839,7 +10847,7 @@ inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_siz
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// The same for a view of a graph. Even in release builds, raises mismatch if an invariant of `graph` does not hold.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
@@ -10851,12 +10859,12 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// map          coarsened::map of the result of coarsen(g)
 ///
 /// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
-/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
+/// or a different lattice size, or if its kept pixels do not match `g` in a run that becomes a segment.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
 }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// The same for a view of a graph. Even in release builds, raises mismatch if an invariant of `graph` does not hold.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));
@@ -10925,7 +10933,7 @@ struct basic_feature_map {
     std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
     /// The map must outlive the view and keep its size. A temporary map also converts, so that it can be a function argument.
-    /// Therefore `feature_view y = layer(plan, x);` compiles, too, but `y` then refers to a destroyed map.
+    /// Therefore, even `feature_view y = layer(plan, x);` compiles, but `y` then refers to a destroyed map.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -10971,7 +10979,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level
 
 namespace detail {
 
-/// Raises mismatch unless the values of a view are whole rows, and its mask, if any, has one entry per row.
+/// Raises mismatch unless the values of a view form whole rows, and its mask, if any, has one entry per row.
 template <class Value>
 void check_rows(const char* where, const basic_feature_view<Value>& view) {
     const std::size_t rows = view.channels > 0 ? view.values.size() / view.channels : 0;
@@ -11285,7 +11293,7 @@ inline conv_f32_weights pack_convolution(isa target, std::span<const float> weig
                          static_cast<std::size_t>(kernel_size), after);
 }
 
-/// Channels and quantization of a source of bytes.
+/// Number of channels and quantization of an 8-bit source.
 struct quantized_source {
     std::size_t channels = 0;
     quantization values;
@@ -11350,7 +11358,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// result   plan.output_count() x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
-/// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
+/// The bits of an output depend on its window alone, not on the plan (full or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
               std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -11450,13 +11458,13 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the same plans as plan_convolution(). Consecutive plans of one kernel size cost less.
+/// Returns the same plans as plan_convolution(). Consecutive plans with the same kernel size cost less.
 class convolution_planner {
 public:
     /// The graph must outlive the planner.
     explicit convolution_planner(const graph& g) : g_(g), strips_(g) {}
     explicit convolution_planner(const graph&&) = delete;
-    /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+    /// The same for a view of a graph. Even in release builds, raises mismatch if an invariant of `graph` does not hold.
     explicit convolution_planner(const graph_view& g) : g_(detail::checked(g)), strips_(g) {}
 
     /// Same parameters and errors as plan_convolution().
@@ -11638,8 +11646,8 @@ inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size,
     const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
     const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
     const std::uint32_t size = (std::min)(known, max_size);
-    // Rounds halves away from zero. Adding 0.5 never rounds up to the next integer: for every integer n, the quotient of two
-    // floats either equals n + 0.5 or differs from it by more than the rounding error of a double.
+    // Rounds halves away from zero. If the quotient is below n + 0.5 for an integer n, adding 0.5 never rounds up to n + 1: the
+    // quotient of two floats either equals n + 0.5 or differs from it by more than the rounding error of a double.
     const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
     const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
     return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));
@@ -11868,8 +11876,8 @@ basic_feature_map<Value> from_column(const Layers& layers) {
 }
 
 /// Writes a feature map to a column. If the column stores integers, rounds values to the nearest integer and clamps them to the
-/// range of the integer type; NaN becomes 0. Ignores the zero point of a map of bytes; dequantize() (nn/ldi/elementwise.hpp) such
-/// a map first, unless its zero point is 0.
+/// range of the integer type; NaN becomes 0. Ignores the zero point of a map of bytes. Unless that zero point is 0, convert the
+/// map with dequantize() (nn/ldi/elementwise.hpp) first.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
 /// scale  factor that multiplies every value before rounding
@@ -11889,8 +11897,8 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
         }
     std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
         if constexpr (std::integral<scalar>) {
-            // A double holds the product of two floats exactly, with 5 bits to spare. Adding 0.5 therefore never rounds up to the
-            // next integer.
+            // A double holds the product of two floats exactly, with 5 bits to spare. Adding 0.5 to a value whose fraction is
+            // below one half therefore never rounds up to the next integer.
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
@@ -11987,7 +11995,7 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
     return detail::plan_of(std::move(parts));
 }
 
-/// Renumbers a plan's inputs and outputs for tensors that store only the rows of a subset each.
+/// Renumbers a plan's inputs and outputs for tensors that each store only the rows of one subset.
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()
@@ -12191,7 +12199,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 
 // ---- ldi/nn/ldi/restrict_plan.hpp
 // Restricts the plan of a convolution to some of its outputs, so that the convolution computes only these, and lists the pixels
-// that a plan reads. Networks use both to compute, layer by layer, only what the wanted pixels need.
+// that a plan reads. Networks use both to compute, layer by layer, only the values on which the requested pixels depend.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12313,8 +12321,8 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, with the name of the tensor, if it is missing or has a different type or shape, or another number of values
-/// than its shape.
+/// Raises mismatch, with the name of the tensor, if it is missing, has a different type or shape, or has a number of values that
+/// does not match its shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -12365,7 +12373,7 @@ struct convolution_description {
     std::size_t input = 0;   ///< index of a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
-    bool depthwise = false;        ///< each output channel reads its own input channel only
+    bool depthwise = false;        ///< each output channel reads only the input channel with its index
     buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
     quantization weight_quantization;
     buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
@@ -12376,7 +12384,7 @@ struct addition_description {
     std::array<std::size_t, 2> inputs = {};  ///< indices of tensors
 };
 
-/// Enlarges a tensor by repeating every pixel `factor` times in both directions.
+/// Upsamples a tensor by repeating every pixel `factor` times in both directions.
 struct nearest_resize_description {
     std::size_t input = 0;  ///< index of a tensor
     std::size_t factor = 1;
@@ -12410,7 +12418,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 inline constexpr std::int64_t max_depthwise_bias = (std::int64_t{1} << 30) - 1;  // limit of pack_depthwise_u8()
 
-/// Factor that converts sums in the accumulator's unit to the output's unit. The order of operations determines the last bit.
+/// Factor that converts sums in the accumulator's unit to the output's unit. The order of the operations affects the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }
@@ -12616,9 +12624,9 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< sizes of the stored input, before `repeat` enlarges it, and of the result
+    tensor_size input, output;  ///< sizes of the stored input, before `repeat` upsamples it, and of the result
     std::size_t input_channels = 0;
-    std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
+    std::size_t repeat = 1;        ///< depthwise only: factor by which the stage first upsamples its input
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
     bool chain_is_second = false;  ///< addition only: the chain computes the second operand
     std::size_t rows = 0;          ///< rows computed per step
@@ -12636,7 +12644,7 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Factor by which the stage enlarges its input: as a resize, or as a depthwise convolution of repeated pixels.
+    /// Factor by which the stage upsamples its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
@@ -12664,7 +12672,7 @@ struct chain_stage {
     static constexpr std::size_t slack = 64;  ///< kernels require this many readable bytes after the last value
 };
 
-/// minimum pixels per step: enough to reuse packed weights while they are in the cache
+/// Minimum number of pixels per step: enough to reuse packed weights while they are in the cache.
 inline constexpr std::size_t wanted_pixels = 64;
 
 /// Sets the number of rows that each stage computes per step and the number of rows that its ring keeps.
@@ -12699,7 +12707,7 @@ struct row_source {
         if (y >= middle.end) return behind + (y + reach - middle.end) * row_bytes;
         return rows + y * row_bytes;
     }
-    /// Number of contiguous rows that start with row y.
+    /// Number of contiguous rows, starting with row y.
     std::size_t run(std::size_t y) const {
         return (y < middle.first ? middle.first : y < middle.end ? middle.end : ~std::size_t{0}) - y;
     }
@@ -12755,7 +12763,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Number of contiguous rows of a stage's result that start with row y.
+    /// Number of contiguous rows of a stage's result, starting with row y.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
@@ -12888,7 +12896,7 @@ inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer,
 }
 
 /// Whether `next` may extend a chain that ends with `layer`: both belong to an inverted residual block (1 x 1 convolution,
-/// enlargement, depthwise convolution, 1 x 1 convolution, additions).
+/// upsampling, depthwise convolution, 1 x 1 convolution, additions).
 inline bool continues(const packed_layer& layer, const packed_layer& next) {
     const bool is_resize = std::holds_alternative<resize_layer>(layer.kind);
     if (std::holds_alternative<depthwise_layer>(next.kind)) return pointwise(layer) != nullptr || is_resize;
@@ -13097,7 +13105,7 @@ public:
     ///
     /// target  the instruction set to pack weights for; raises invalid_option if it is unavailable; does not affect results
     ///
-    /// Raises an error that names the tensor if ldi cannot run the network.
+    /// If ldi cannot run the network, raises an error that names the tensor.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
         check_available("quantized_network", target);
         detail::check_network(description);
@@ -13367,7 +13375,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs
 ///
-/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
+/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 upsampling by repeating pixels. The last operator computes the
 /// result of the network. The metadata entry "operator_names" may list the operators' names for messages, separated by spaces.
 ///
 /// Raises mismatch or invalid_data, with the name of the tensor, if the file has a different layout. The constructor of
@@ -13434,7 +13442,7 @@ private:
         return names;
     }
 
-    /// Returns an entry of the operator table. Raises an error unless it lies in [min, max].
+    /// Returns an entry of the operator table. Raises an error unless the entry lies in [min, max].
     std::size_t row(std::size_t i, std::size_t column, std::size_t min, std::size_t max) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < min || static_cast<std::size_t>(value) > max)
@@ -13577,7 +13585,7 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// Raises unsupported if a property of the architecture is out of bounds.
+/// Raises unsupported if a property of the architecture is outside its limits.
 ///
 /// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
@@ -13688,7 +13696,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The input of this level's encoder stage, which the decoder of the level also reads.
+    /// The input of a level's encoder stage. The decoder stage of the same level also reads it.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }
@@ -14232,8 +14240,9 @@ public:
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
-    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape.
-    /// Raises invalid_data for weights that are not finite, and unsupported for an architecture out of bounds.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape. Raises
+    /// invalid_data for weights that are not finite, and unsupported for an architecture outside the limits of
+    /// detail::check_architecture().
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -14566,9 +14575,9 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
 
 // ---- ldi/networks/detail/depth_layout.hpp
 // Merges two depth estimates of one photo, computed at a small and at a large size. Coarse structures become the mean of both
-// estimates; edges come from the estimate at the large size. Networks are consistent on small pictures and crisp on large ones
-// (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution
-// Merging, CVPR 2021, sections 3 and 5).
+// estimates; edges come from the estimate at the large size. Depth networks return consistent structures for small pictures and
+// sharp edges for large ones (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via
+// Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -14640,8 +14649,8 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/exponential.hpp
-// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds correctly. The method is
-// NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
+// exp() in float with the same bits on every machine: it uses only operations whose results IEEE 754 defines exactly. The method
+// is NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
 // computed with NumPy.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -14724,8 +14733,8 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side keeps the aspect ratio, rounded
-    /// down to a multiple of 32, and is at least 32.
+    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side follows the aspect ratio, rounded
+    /// down to a multiple of 32, but at least 32.
     ///
     /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
@@ -14837,7 +14846,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
-    /// Estimated fraction of the total time of both passes that the main pass takes, computed from the areas of their inputs.
+    /// Estimated share of the main pass in the total time of both passes, computed from the areas of their inputs.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
@@ -15220,7 +15229,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const traced_curve& t, c
     return result;
 }
 
-// A pixel between the old and the new curve, and the index in `traced_curve::sides` of a pixel side of the old curve near it.
+// A pixel between the old and the new curve, and a nearby pixel side of the old curve, as an index in `traced_curve::sides`.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -15353,7 +15362,7 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
 
 // ---- ldi/depth/decided_depth.hpp
 // Input and output of a silhouette_decider (photo3d/suppliers.hpp), and `aligned_silhouettes`, a decider without a network.
-// network_decider.hpp has the decider with a network.
+// network_decider.hpp defines the decider that uses a network.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15442,7 +15451,7 @@ image<float> combined(image_view<const float> map, std::size_t radius, Pick pick
     return result;
 }
 
-/// Repeats the samples at the border `margin` times, so that a slope toward the border is not taken for a dip.
+/// Repeats the samples at the border `margin` times, so that a slope toward the border is not mistaken for a dip.
 inline image<float> padded(image_view<const float> map, std::size_t margin) {
     const std::size_t rows = map.height(), columns = map.width();
     image<float> result(rows + 2 * margin, columns + 2 * margin, 1, unset);
@@ -15579,7 +15588,7 @@ inline small_components find_small_components(const image_components& components
     buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (label >= size.count()) size.push_back(0), run_count.push_back(0);  // labels are in the order of first runs
+        if (label >= size.count()) size.push_back(0), run_count.push_back(0);  // components are numbered by their first runs
         size[label] += components.runs[r].size(), ++run_count[label];
     }
     small_components result;
@@ -15609,8 +15618,8 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Merges a component with a neighboring surface. If the component does not lie at a middle value, returns false and leaves it
-    // unchanged.
+    // Merges a component with its nearer or its farther surroundings, whichever it touches along more pixel sides. Returns false
+    // and changes nothing if it has no nearer or no farther neighbor.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -15682,11 +15691,12 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
-/// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
-/// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
-/// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
-/// components. Up to 60 bytes per pixel. Raises mismatch for another number of channels, too_large for 2^31 pixels or more.
+/// A component of fewer than `min_size` pixels may touch both nearer and farther pixels. It then gets the disparities of the
+/// group with which it shares more pixel sides, or of the farther pixels in case of a tie. These disparities spread inward from
+/// the shared pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground
+/// object, not a middle value, and does not change. Time is linear, except that each pixel of a small component requires binary
+/// searches among the runs of a row. Memory is up to 60 bytes per pixel. Raises mismatch for another number of channels,
+/// too_large for 2^31 pixels or more.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     detail::check_map(disparity, "merge_middle_components");
@@ -15712,7 +15722,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The network was trained with the defaults.
 struct step_band_options {
-    float max_step = 0.02F;  ///< neighbors that differ by more than this are on a step
+    float max_step = 0.02F;  ///< neighbors that differ by more than this are separated by a step
     float min_step = 0.06F;  ///< minimum difference between the front and back of a curve pixel
 };
 
@@ -16034,11 +16044,11 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// Applies to pixels that no disparity from outside the band reaches. Such a pixel keeps its own disparity if this deviates
-    /// from the disparity of the pixel's side, toward the other side, by at most this share of the step.
+    /// Maximum deviation of a pixel's disparity from the disparity of its side, toward the other side, as a share of the step.
+    /// Applies to pixels that no disparity from outside the band reaches: within this deviation, they keep their own disparity.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
-    /// silhouette, and changes sides whatever its size.
+    /// silhouette, and changes sides regardless of its size.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
@@ -16195,7 +16205,7 @@ private:
 
 // ---- ldi/depth/network_decider.hpp
 // Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel then
-// gets the depth of pixels of that surface that are not blurred by the step.
+// gets the depth of nearby pixels of that surface that the step does not blur.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16213,9 +16223,10 @@ public:
         : network_(network), by_hand_{alignment} {}
 
     /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
-    /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
-    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels,
-    /// whatever their disparities. Raises mismatch if the images do not have the shapes that undecided_depth documents.
+    /// lie on one of the two surfaces, not between them. If depth samples are no larger than pixels, aligned_silhouettes decides
+    /// instead, because such depth locates silhouettes better than the network does. Time and memory are linear in the number of
+    /// pixels, regardless of their disparities. Raises mismatch if the images do not have the shapes that undecided_depth
+    /// documents.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -16246,8 +16257,8 @@ public:
 private:
     /// Minimum difference between front and back. Smaller steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum number of pixels of an island, divided by the side length of a depth sample in pixels. An island is a group of
-    /// connected pixels on one side of a step, inside the band. Smaller islands change to the other side.
+    /// Minimum size of an island, in pixels, per pixel of a depth sample's side length. An island is a group of connected pixels
+    /// on one side of a step, inside the band. Smaller islands change to the other side.
     static constexpr double min_island_samples = 120;
     /// Weight of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.
@@ -16263,7 +16274,7 @@ private:
     }
 
     struct share_table {
-        /// limits[n] is the logit of the share (n + 0.5) / 254, the limit between shares n / 254 and (n + 1) / 254.
+        /// limits[n] is the logit of the share (n + 0.5) / 254, the boundary between shares n / 254 and (n + 1) / 254.
         float limits[254];
 
         share_table() {
@@ -16290,14 +16301,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of normalize().
 struct normalize_options {
-    /// Share of the pixels that is clamped at either end of the value range, from 0 to less than one half, so that a few outliers
-    /// do not compress all other values. Tuned by experiment.
+    /// Share of pixels to clamp at each end of the value range, from 0 to less than one half, so that a few outliers do not
+    /// compress all other values. Tuned by experiment.
     float clipped_share = 0.001F;
     /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
     /// bits encode the logarithm of disparity; 0 for a source with fine levels.
     float relative_step = 0.0F;
     /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a scene
-    /// as flat as a wall, one step is a large part of the range; disparity then does not reach 0.
+    /// as flat as a wall, one step would be a large part of the range; normalize() then extends the range, and disparity does not
+    /// reach 0.
     float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
     /// up to scale and shift, and `assumed_range` replaces the unknown distances.
@@ -16372,7 +16384,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
-    // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
+    // In double precision, so that differences of two floats do not overflow and every value except 0 has a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
         raise(error_code::invalid_data, "disparity", "values above 0", "no value above 0 outside the clipped_share");
@@ -16470,7 +16482,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
     return mean;
 }
 
-// Assigns to each pixel its nearest sample.
+// Sets each pixel to the value of its nearest sample.
 inline image<float> nearest_samples(image_view<const float> disparity, image_view<const std::uint8_t> photo) {
     image<float> result(photo.height(), photo.width(), 1, unset);
     for (std::size_t y = 0; y < photo.height(); ++y) {
@@ -16547,7 +16559,8 @@ private:
     float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
     float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
 
-    // Collects the window around a sample. Samples of equal disparity keep their order, because sums of floats depend on it.
+    // Collects the window around a sample. Samples of equal disparity keep their order, because sums of floats depend on the
+    // order.
     void gather(std::size_t u, std::size_t v, window& around) const {
         std::array<window::sample, samples> found;
         std::array<float, samples> disparity;
@@ -16561,7 +16574,7 @@ private:
                 found[count] = {disparity[count], nearest_float(x), nearest_float(y),
                                 colors_(y, x, 0), colors_(y, x, 1), colors_(y, x, 2)};
             }
-        for (std::size_t s = 0; s < count; ++s) {  // without branches, so that the compiler can vectorize it
+        for (std::size_t s = 0; s < count; ++s) {  // without branches, so that the compiler can vectorize the loop
             std::int32_t before = 0;
             for (std::size_t t = s + 1; t < count; ++t) {
                 const std::int32_t is_first = disparity[s] <= disparity[t] ? 1 : 0;
@@ -16655,7 +16668,7 @@ private:
 ///
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
-/// surface    rule by which neighboring samples belong to one surface
+/// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
@@ -16682,7 +16695,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 }}  // namespace ldi
 
 // ---- ldi/depth/sharpen_edges.hpp
-// Sharpens blurred depth edges to steps at the resolution of the depth map. Depth networks and phones spread a step over many
+// Sharpens blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
 // samples, so that neighbors differ too little to count as a discontinuity.
 //
 // Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
@@ -16803,7 +16816,7 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// Sharpens depth edges. Returns h x w x 1.
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
-/// surface    rule by which neighboring samples belong to one surface
+/// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Raises mismatch for another number of channels, invalid_option if the radius is below 0 or above 64. Time is proportional to
 /// the number of samples times the radius. Memory is 40 bytes per sample.
@@ -16967,8 +16980,7 @@ struct sorted_columns {
     // Filters the four pixels whose windows start at columns x to x + 3.
     //
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
-    // either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain medians are
-    // exact.
+    // either side differ by less than 24/26, and for every other sample the sums differ by more. The plain median is then exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -17119,8 +17131,8 @@ struct curve_options {
     constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
     /// most 0.05. Maps above the limit are mostly noise. From such maps, find_discontinuity_curves() drops curves shorter than
-    /// min_length, then the shortest remaining curves until the limit holds. A map of noise then takes only a few times as long
-    /// as the map of a photograph.
+    /// min_length, then the shortest remaining curves until the limit holds. Processing a map of noise then takes only a few
+    /// times as long as processing the map of a photograph.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.
@@ -17221,7 +17233,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained: even there, the
 /// disparity step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
-/// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {
@@ -17314,7 +17326,8 @@ public:
     std::int32_t height() const { return base_.height(); }
     std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// Index of the visible pixel at (x, y). next_at_position() leads from it to the hidden pixels there, one by one.
+    /// Index of the visible pixel at (x, y). From there, next_at_position() visits the hidden pixels at this position, one by
+    /// one.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -17545,14 +17558,14 @@ public:
     }
 
 private:
-    // Growth is measured from the center of a pixel at the silhouette to the far edge of the last pixel that is at least partly
-    // uncovered. It therefore exceeds the parallax by up to three half pixels.
+    // The hidden surface must reach the far edge of the last pixel that is at least partly uncovered. Measured from the center of
+    // the pixel at the silhouette, this edge is up to 1.5 pixels farther away than the parallax.
     static constexpr float half_pixels = 1.5F;
 
-    // Distance along a curve, in pixel sides, over which the mesh mixes disparities because it smooths outlines.
+    // Distance along a curve, in pixel sides, over which the mesh blends disparities when it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
-    // Minimum additional room in pixels for which a pixel's origin changes.
+    // Minimum gain in remaining growth, in pixels, for which a pixel adopts another origin.
     static constexpr float min_gain = 0.5F;
 
     struct front_pixel {
@@ -17632,7 +17645,7 @@ private:
         return ends || other != no_pixel;
     }
 
-    // Whether a hidden surface lies at this disparity, within the threshold.
+    // Whether a hidden surface at this position has this disparity, within the threshold.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
@@ -17692,10 +17705,11 @@ private:
     }
 
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
-    // line that leads from the curve's end behind the front surface. The line is as long as the surface grows at that end, so a
-    // surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction, a value
-    // tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow front, or
-    // around the line. Steps that meet the same surface outside, for example between the lines of two curves, are also allowed.
+    // line that starts at the curve's end and leads behind the front surface. The line is as long as the surface grows at that
+    // end, so a surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction,
+    // a value tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow
+    // front, or around the line. Steps that meet a hidden pixel of the same surface outside, for example between the lines of two
+    // curves, are also allowed.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -17719,7 +17733,7 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    float parallax_ = 0.0F;                // maximum parallax, in pixels, of a disparity difference of 1
+    float parallax_ = 0.0F;                // maximum parallax, in pixels, for a disparity difference of 1
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
@@ -17772,11 +17786,11 @@ struct expanded_layers {
 /// [0.001, 1].
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average over the
-/// pixels that it grew from, and farther than the photo's pixel at its position by more than surface_rule::max_step. All other
-/// columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about
-/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets another one at similar depth,
-/// but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of two pixels at one position differ by
-/// more than surface_rule::max_step.
+/// pixels that it grew from. It is lower than the disparity of the photo's pixel at the same position by more than
+/// surface_rule::max_step. All other columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose
+/// disparities differ by up to about twice the threshold, so that growing surfaces at similar depth become one. A surface that
+/// meets another one at similar depth, but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of
+/// two pixels at one position differ by more than surface_rule::max_step.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
@@ -17867,8 +17881,8 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     g.set_neighbor(start + stride - 1, side::right, no_pixel);
 }
 
-/// Copies a disparity map and clamps rounding errors to [0, 1]. Raises invalid_data for values that are not finite or lie outside
-/// [0, 1] by more than rounding.
+/// Copies a disparity map. Clamps values that rounding errors moved slightly outside [0, 1]. Raises invalid_data for values that
+/// are not finite or lie farther outside.
 inline buffer<float> checked_disparity(image_view<const float> disparity) {
     constexpr float rounding = 1e-5F;
     buffer<float> values;
@@ -18023,8 +18037,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the slope of the photo's lines at one side of its border: steps along the border (down or to the right) per step
-/// inward.
+/// Measures the slope of the photo's lines at one side of its border. The slope is the number of steps along the border (down or
+/// to the right) per step inward.
 class border_lines {
 public:
     /// color   K x 3
@@ -18058,10 +18072,10 @@ public:
         return result;
     }
 
-    /// Appends the source of each rim pixel in line with the border pixel `start`, from the innermost outward, then the source of
-    /// each of the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path
-    /// leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of
-    /// rim pixels, or 0 if the surface ends within the rim.
+    /// Appends the source of each rim pixel, from the innermost pixel out to the border pixel `start`, then the source of each of
+    /// the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path leads
+    /// inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of rim
+    /// pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -18169,7 +18183,7 @@ struct border_side {
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }
-    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outward.
+    /// Sets `shown` to the pixels whose colors the continuation past a border pixel repeats, from the border outward.
     void find_shown(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& shown) const {
         shown.clear();
         if (count == 0) return;
@@ -18354,13 +18368,13 @@ public:
     const frame_pixels& pixels() const { return pixels_; }
 
 private:
-    /// A run of old pixels, and the lengths of its continuation to the left and to the right.
+    /// A run of old pixels, and the lengths of its continuations to the left and to the right.
     struct line {
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. If that pixel is old, it is also `source`; if it is new, `source` is the old pixel that it shows. `border` is the
-    /// border pixel whose disparity the column gets.
+    /// row. `source` is that pixel if it is old, else the old pixel whose color it repeats. `border` is the border pixel whose
+    /// disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -18422,7 +18436,7 @@ private:
         }
     }
 
-    /// Links a strip to the strip of the pixel above its border pixel, up to the length of the shorter one. `step` is the
+    /// Links a strip to the strip that belongs to the pixel above its border pixel, as far as both strips reach. `step` is the
     /// difference in index to the next pixel outward.
     void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
         here.push_back(s);
@@ -18523,14 +18537,16 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/past_frame.hpp
-// Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
-// the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
+// Continues surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface
+// that reaches the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame
+// instead.
 //
-// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces there keep
-// their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
-// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
-// the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
-// continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
+// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces at this
+// disparity do not move relative to the frame. Other surfaces move in any direction, by up to the motion times the difference
+// between their disparity and the window's. Each surface continues past the border by this distance, at the disparity of its
+// border pixel. The colors of the continuation are those of the photo, mirrored at the border along the surface, slightly
+// softened, and sheared so that lines continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture,
+// and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
 // the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -18559,7 +18575,7 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
 namespace detail {
 
 /// Returns the color of a pixel of the photo, softened with its neighbors' colors. Full detail past the border would only repeat
-/// the photo and enlarge the compressed texture.
+/// the photo and increase the size of the compressed texture.
 ///
 /// margin  photo_facts::margin of the layers
 template <has_column<color_column> Layers>
@@ -18714,7 +18730,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side) returns the channels of the known pixel `pixel`, an unknown pixel's neighbor on side `side`
+/// value           value(pixel, side) returns the channels of a known pixel, the neighbor on side `side` of an unknown pixel
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
@@ -18799,10 +18815,10 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 // or film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and almost none in smooth
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
-// The strength of detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known
-// pixels near unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of
-// the strength diffuses over the links of the layered image to the unknown pixels. The root reduces the influence of a few edges
-// among smooth pixels. The noise depends only on a pixel's position, so results are deterministic.
+// Detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
+// unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of the detail
+// diffuses along the links of the layered image to the unknown pixels. The root reduces the influence of a few edges among smooth
+// pixels. The noise depends only on a pixel's position, so results are deterministic.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18965,7 +18981,7 @@ public:
     struct place {
         std::int32_t pixel;
         std::int32_t side;      ///< index of the nearest silhouette side
-        std::int16_t distance;  ///< steps over links to that side: 0 for pixels that touch it
+        std::int16_t distance;  ///< steps along links to that side: 0 for pixels that touch it
         bool in_front;          ///< whether the pixel belongs to the nearer of the two surfaces
     };
 
@@ -19237,8 +19253,8 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown. Pixels stay known if no known pixel farther from the
-// edge could refill them: a thin rod keeps its colors.
+// Marks the pixels that are within `margin` steps of `edge` along links as unknown. Pixels stay known if no known pixel farther
+// from the edge could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
@@ -19343,8 +19359,8 @@ private:
         }
     }
 
-    /// Makes pixels of `lost` known again if no path of links connects them to a known pixel: they cannot be refilled, and keep
-    /// their unmixed color.
+    /// Makes pixels of `lost` known again if no path of links connects them to a known pixel. They cannot be refilled, so they
+    /// keep their unmixed color.
     void keep_without_source(buffer<std::int32_t>& lost) {
         buffer<std::uint8_t> refillable(lost.empty() ? 0 : layers_.size(), 0);
         buffer<std::int32_t> queue;
@@ -19464,7 +19480,7 @@ private:
     }
 };
 
-/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
+/// Counts the steps along links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int max_steps) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
@@ -19719,7 +19735,8 @@ private:
     // One in `search_interval` cells also samples random sources. Good sources then propagate to its neighbors.
     static constexpr std::uint32_t search_interval = 32;
 
-    /// Finds the known cell nearest to each unknown cell along links, or no_pixel. The search samples candidates around it.
+    /// Finds the known cell nearest to each unknown cell along links, or no_pixel. Random candidates are sampled around this
+    /// cell.
     void find_nearest_known() {
         nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         buffer<std::int32_t> wave, further;
@@ -19817,9 +19834,9 @@ struct texture_options {
     /// Strength relative to the texture of the photo, 0 to 100; 0 leaves only grain.
     float strength = 1.0F;
     /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
-    /// gradually. With a large limit, edges are copied, too.
+    /// gradually. With a large limit, edges are copied as well.
     float crest = 4.0F;
-    /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps over links, 1 to 200.
+    /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps along links, 1 to 200.
     int reach = 32;
     /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
     /// value and twice this value, texture fades to grain.
@@ -19934,7 +19951,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
-    std::int32_t position;              ///< of the pixel on the photo's lattice, row-major
+    std::int32_t position;              ///< index of the pixel on the photo's lattice, row-major
     std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
     std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
@@ -19986,8 +20003,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // unmix_colors() may have marked pixels at the silhouette as unknown. mark_margin() would not pass them, so all pixels count
-    // as known while it runs.
+    // unmix_colors() may have marked pixels at the silhouette as unknown. mark_margin() would not walk past them, so all pixels
+    // count as known while it runs.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -20052,7 +20069,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
 inline constexpr std::int32_t max_chart_box = 8192;
 
-/// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
+/// A chart: a set of pixels connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
@@ -20073,7 +20090,7 @@ struct chart_placement {
 
 namespace detail {
 
-/// Whether a chart's pixels are ascending, belong to chart `c`, and lie in the chart's bounding box.
+/// Whether a chart's pixel indices are ascending, and all its pixels are assigned to chart `c` and lie in its bounding box.
 inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int32_t> chart_of, const graph_view& g) {
     const auto last_of = [](std::int32_t first, std::int32_t length, std::int32_t lattice) {
         return static_cast<std::int32_t>(std::clamp(std::int64_t{first} + length, std::int64_t{0}, std::int64_t{lattice}) - 1);
@@ -20149,9 +20166,9 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-/// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
-/// side is longer now. For a box whose longer side L exceeds the limit, multiplies the area by `side` / L, because the pieces of
-/// a winding chart together are as long as the whole.
+/// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
+/// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
+/// `side` / L, because the pieces of a winding chart together are as long as the whole chart.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -20164,8 +20181,8 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
-/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that a chart accepted there last. A pixel of
-/// an earlier chart counts as none, so nothing must be cleared between charts.
+/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that was accepted there last. If that pixel
+/// belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -20205,14 +20222,14 @@ private:
         std::int32_t first, x, y, count;
     };
 
-    /// One square of the lattice: the last chart that entered it, and the range of disparity of that chart's pixels near other
-    /// surfaces. Usually this range shows that no pixel of the square is on another surface.
+    /// A square of the lattice: the last chart that entered it, and the disparity range of that chart's pixels near other
+    /// surfaces. Usually, this range alone proves that no pixel of the square is on another surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Returns the binary logarithm of the side of a cell. The side is so large that the window of a pixel overlaps at most two
+    /// Returns the binary logarithm of a cell's side length. A cell is so large that the window of a pixel overlaps at most two
     /// cells along each axis.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
@@ -20380,9 +20397,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, at this distance in steps, lies on a different surface than `pixel`. Follows the surface from `pixel`
-    /// along rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the
-    /// ends of both paths differ from that of `other`.
+    /// Whether `other`, which is `steps_x` columns and `steps_y` rows away, lies on a different surface than `pixel`. Follows
+    /// links from `pixel` along two paths, one horizontal and then vertical, the other vertical and then horizontal, as far as
+    /// links exist. The result is true if the disparities at the ends of both paths differ from that of `other`.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
@@ -20488,7 +20505,7 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
 }}  // namespace ldi
 
 // ---- ldi/texture/packing.hpp
-// Packs rectangles into one or several sheets by a tree that splits free rectangles (paper, section "Texture Atlas Generation",
+// Packs rectangles into one or several sheets with a tree that splits free rectangles (paper, section "Texture Atlas Generation",
 // Packing; after blackpawn.com/texts/lightmaps). The caller chooses the unit; the atlas packs in JPEG macroblocks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -20519,7 +20536,7 @@ public:
 
     /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // equal sizes continue the search where it ended
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // a search for the same size resumes here
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -20580,7 +20597,8 @@ inline void check_rectangle(rectangle_size size, std::int32_t max_side, const ch
               std::to_string(size.width) + " x " + std::to_string(size.height));
 }
 
-/// Returns the indices of the rectangles by descending longer side, shorter side and width, and then in the caller's order.
+/// Returns the indices of the rectangles sorted by longer side, then shorter side, then width, all descending. Rectangles of
+/// equal size keep the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -20631,9 +20649,9 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         return true;
     };
     const double side = std::sqrt(detail::nearest_double(area));
-    // Widths relative to a square sheet without waste. On 17 photos with depth maps, these 30 widths leave 2.8 % of the sheet
-    // empty and cost 0.1 ms. Steps twice as large leave 3.5 %, and steps half as large 2.6 %. The range 0.85 to 1.2 leaves
-    // 4.4 %, and a square alone 11 %. The range 0.5 to 2 gains nothing.
+    // Tries 30 widths, relative to the side of a square sheet without waste. On 17 photos with depth maps, they leave 2.8 % of
+    // the sheet empty and cost 0.1 ms. A step twice as large leaves 3.5 % empty, and a step half as large 2.6 %. The range 0.85
+    // to 1.2 leaves 4.4 %, and the square alone 11 %. The range 0.5 to 2 brings no improvement.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
@@ -20699,7 +20717,7 @@ inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Side in texels of the square blocks in which JPEG codes color (at 4:2:0, the default of encoders).
+/// Side, in texels, of the square blocks in which JPEG encodes color (with 4:2:0 subsampling, the default of most encoders).
 inline constexpr std::int32_t macroblock_side = 16;
 
 /// Origin of a texel's color: the classes of the paper's Figure "atlas".
@@ -20935,7 +20953,7 @@ struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
-    float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
+    float fill = 0;                      ///< fraction of texels that belong to a pixel of the layered image
     /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh get their colors from it.
     std::int32_t filter_padding = padding_options{}.filter_padding;
 };
@@ -21033,7 +21051,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of lay_out_sheets() and max_chart_side().
 struct sheet_options {
-    /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support 4096.
+    /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support at least 4096.
     std::int32_t max_side = 4096;
     /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
@@ -21095,11 +21113,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
-    cleaned,  ///< photo color, with the neighboring surface's share removed
+    cleaned,  ///< photo color, with the neighboring surface's contribution removed
 };
 
-/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Pixel (0, 0) is the top left corner of
-/// the padding.
+/// Color sources of the pixels in a chart's bounding box and in the padding around that box. Pixel (0, 0) is the top left corner
+/// of the padding.
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
@@ -21122,9 +21140,9 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// Returns the color of the other surface that may be mixed into this pixel. Among the photo's colors within `reach`, at
-    /// pixels whose own source is not `photo`, it is the color that differs most from the pixel's own color. Returns the pixel's
-    /// own color if there is no such pixel.
+    /// Estimates the color of the other surface that may be mixed into this pixel: among the photo's pixels within `reach` whose
+    /// own source is not `photo`, the color that differs most from this pixel's own color. Returns this pixel's own color if
+    /// there is no such pixel.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -21278,12 +21296,12 @@ private:
         return result;
     }
 
-    /// Removes the neighboring surface's share from a color of the photo: projects the difference from the surface's own color
-    /// onto the direction to the neighbor's color, and subtracts this projection. The remaining difference is the texture of
-    /// the surface.
+    /// Removes the neighboring surface's contribution from a color of the photo: projects the difference from the surface's own
+    /// color onto the direction to the neighbor's color, and subtracts this projection. The remaining difference is the texture
+    /// of the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // Does not remove shares that are as small as noise, or shares of a neighbor with a similar color. The thresholds were
-        // tuned by experiment.
+        // Does not remove contributions that are as small as noise, or that come from a neighbor with a similar color. The
+        // thresholds were tuned by experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
@@ -21418,13 +21436,13 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
 }
 
 /// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, copies texels from the photo.
-/// Beside silhouettes, and where the layered image's color differs from the photo's, removes the neighboring surface's share from
-/// the photo's color. Where the photo shows another surface, interpolates the colors of the atlas.
+/// Beside silhouettes, and where the layered image's color differs from the photo's, removes the neighboring surface's
+/// contribution from the photo's color. Where the photo shows another surface, interpolates the colors of the atlas.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  those given to lay_out_sheets()
+/// charts, atlas  those passed to lay_out_sheets()
 /// worked_on      the photo from which the layered image was made, at the layered image's size without its margin
-/// photo          the same photo, at the size given to lay_out_sheets()
+/// photo          the same photo, at the size passed to lay_out_sheets()
 ///
 /// Raises mismatch if inputs don't fit together.
 template <executor Executor = const serial_executor>
@@ -21638,7 +21656,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Left chart of a piece along a silhouette or along the photo's border.
+/// Value of boundary_piece::left_chart along a silhouette or along the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
 /// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
@@ -21792,8 +21810,8 @@ private:
 
     /// Finds the loops of all charts, in arbitrary order. The steps of each loop are consecutive.
     void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
-        // Half 2 * p is piece p in forward direction, and half 2 * p + 1 is the same piece in backward direction. The first
-        // side of a half identifies it.
+        // Each piece has two halves: half 2 * p is piece p traversed forward, and half 2 * p + 1 is the same piece traversed
+        // backward. The first side of a half identifies it.
         buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::int32_t p = 0; p < ends_.count(); ++p) {
@@ -21943,7 +21961,7 @@ struct plane_vector {
     friend plane_vector operator/(plane_vector a, float divisor) { return {a.x / divisor, a.y / divisor}; }
 };
 
-/// Returns the unit normal of an outline edge that points out of the chart. The chart lies to the right of the edge. Returns the
+/// Returns an outline edge's unit normal, which points out of the chart. The chart lies to the right of the edge. Returns the
 /// zero vector for an edge between equal corners.
 inline plane_vector outward_normal(const outline_corner& from, const outline_corner& to) {
     const plane_vector normal{nearest_float(to.y - from.y), -nearest_float(to.x - from.x)};
@@ -21970,7 +21988,7 @@ struct lattice_point {
 /// the end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
 /// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
-/// An outline may touch itself from outside, in vertices and along whole edges. Such a vertex is listed once for each part of
+/// An outline may touch itself from outside, at vertices and along whole edges. Such a vertex is listed once for each part of
 /// the interior that meets there, in the order of a walk along the inside of the outline.
 struct polygon {
     buffer<lattice_point> points;
@@ -22034,7 +22052,8 @@ struct simplify_options {
     /// Maximum difference in disparity between a corner and the simplified boundary, at least 0, so that a boundary bends where
     /// its surface bends.
     float disparity_tolerance = 0.01F;
-    /// Maximum shift of the texture along an edge when it is drawn, in pixels, above 0 (depth_range::texture_shift).
+    /// Maximum shift of the texture, in pixels, above 0, that perspective-correct rendering may cause along an edge. Edges with a
+    /// larger shift are split (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
@@ -22058,7 +22077,7 @@ struct boundary_split {
 };
 
 /// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end,
-/// including both. split() refines single edges if a simplified outline would cross itself.
+/// including both. split() refines individual edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
@@ -22076,14 +22095,14 @@ public:
     /// Returns the corner farthest from an edge among those that the edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they skip.
+    /// Splits several edges at once, at corners that they skip.
     ///
     /// splits  sorted, without duplicates, at corners within left_out() of their edges
     ///
     /// Raises mismatch for any other splits; the boundary then remains unchanged.
     void split(std::span<const boundary_split> splits);
 
-    /// Whether the last split created an edge.
+    /// Whether the latest call of split() created this edge. Before the first call, all edges are fresh.
     bool is_fresh(boundary_edge edge) const {
         const stretch& r = stretches_[edge.piece];
         return r.split == splits_ && fresh_[r.first + edge.index] != 0;
@@ -22346,8 +22365,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that there are
-    /// no faults between the other edges.
+    /// Same as find_all(), but compares each fresh edge (fresh[v] != 0) with all edges, and skips pairs of other edges. The
+    /// caller guarantees that there are no faults between the other edges.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -22377,8 +22396,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// One visit of the outline to a point: it runs from `from` to `at` and on to `to`. The interior extends clockwise from `to`
-    /// to `from`.
+    /// One passage of the outline through the point `at`: it arrives from `from` and continues to `to`. The interior extends
+    /// clockwise from `to` to `from`.
     struct visit {
         lattice_point at, from, to;
     };
@@ -22503,7 +22522,7 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/mesh_checks.hpp
-// Checks of the inputs that several public functions of the mesh share.
+// Input checks that several public mesh functions share.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -22528,8 +22547,8 @@ inline void check_disparities(array_view<const float> disparity, const char* whe
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Divides an extent by evenly spaced lines at integer positions. A table stores the next line for each position, because every
-/// row of a chart looks up its first line.
+/// Divides an extent with evenly spaced lines at integer positions. A table stores the first line at or after each position,
+/// because every row of a chart looks up its first line.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -22596,8 +22615,7 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/outline_clearance.hpp
-// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
-// outline.
+// Checks whether positions inside a chart are far enough from its outline for inner vertices.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -22711,13 +22729,12 @@ public:
     }
 
 private:
-    /// Returns the spacing between studs at which nine tenths of the chart's texture shift by no more than texture_tolerance. A
-    /// limit for the whole texture would let a single crease determine the spacing of the chart. The share was tuned by
-    /// experiment.
+    /// Returns the spacing between studs at which nine tenths of the chart's texture shifts by at most texture_tolerance. If the
+    /// limit held for the whole texture, a single crease would determine the spacing. Nine tenths was tuned by experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing (up to 24 pixels) differs by 0.4 pixels on
-        // average from the spacing with 16,000 slopes, and takes an eighth of the time to compute. Each slope spans 8 pixels, and
-        // slopes start at least 61 pixels apart; both numbers were tuned by experiment.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing (up to 24 pixels) differs on average by only
+        // 0.4 pixels from the spacing with 16,000 slopes, which takes eight times as long to compute. Each slope spans 8 pixels,
+        // and slopes start at least 61 pixels apart; both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -22908,7 +22925,7 @@ namespace detail {
 
 constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
-/// Replaces the edge of half-edge h, between triangles a b c and b a d, by the edge c d.
+/// Replaces the edge of half-edge h, between triangles a b c and b a d, with the edge c d.
 inline void flip(triangulation& t, std::int32_t h) {
     const std::int32_t m = t.mates[h];
     const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
@@ -22975,8 +22992,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct soft_edge_options {
     float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
     float max_width = 3.0F;  ///< maximum width, used where the matte extends far
-    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
-    /// silhouette edges, only the edges with the largest steps in disparity have a strip. Infinity means no limit.
+    /// Approximate maximum file size of the strip, as a fraction of the combined file size of mesh and texture. If this is not
+    /// enough for all silhouette edges, only the edges with the largest steps in disparity have a strip. Infinity means no limit.
     float max_share = 0.08F;
 };
 
@@ -22991,8 +23008,8 @@ struct mesh_options {
 
 // ---- ldi/mesh/detail/waiting_chains.hpp
 // Chains of vertices that wait for their triangles while the sweep (triangulate.hpp) moves down (de Berg et al., Computational
-// Geometry, chapter 3). Each monotone part of a polygon has one chain. When a vertex is added at either end, all triangles that
-// it makes possible are cut off.
+// Geometry, chapter 3). Each monotone part of a polygon has one chain. When a vertex is added at either end of a chain, all
+// triangles that the new vertex can form with the chain are cut off.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23234,7 +23251,7 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Inserts the edge `from` -> `to` in starting_, so that these edges stay sorted from left to right.
+/// Inserts the edge `from` -> `to` into starting_, which stays sorted from left to right.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
@@ -23336,7 +23353,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     return true;
 }
 
-/// Replaces the edges that end at this point by the edges that begin here.
+/// Replaces the edges that end at this point with the edges that begin here.
 inline void triangulator::replace_edges(const swept_point& p) {
     const std::size_t replaced = (std::min)(p.ending, starting_.size());
     active_edge* const place = status_.begin() + p.first_ending;
@@ -23483,7 +23500,7 @@ private:
         void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
     };
 
-    /// Requests a split of the edge that starts at vertex v, at the farthest of the corners that it skips. Does nothing for edges
+    /// Requests a split of the edge that starts at vertex v, at the skipped corner farthest from the edge. Does nothing for edges
     /// of studs, and for edges that skip no corner.
     void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
@@ -23629,8 +23646,8 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 // ---- ldi/mesh/detail/hems.hpp
 // Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at another hidden
 // surface of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp). At the free end of a silhouette
-// (core/trace_curves.hpp), it ends at the photo's surface. The outlines of the two surfaces are simplified independently and lie
-// at different depths. Without a hem, a moving camera would see a gap between them.
+// (core/trace_curves.hpp), a hidden surface ends at the surface that the photo shows. The outlines of the two surfaces are
+// simplified independently and lie at different depths. Without a hem, a moving camera would see a gap between them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23691,7 +23708,7 @@ private:
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
 
-    /// Returns the lattice position at a distance from an end along its outward direction; -1 outside the lattice.
+    /// Returns the lattice position that lies `distance` pixels outward from an end, or -1 if it is outside the lattice.
     std::int64_t position_at(const end& e, float distance) const {
         const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
         const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
@@ -23724,7 +23741,8 @@ private:
     }
 
     /// Whether a nearer surface is visible at an end. Checks both sides of the edge, because simplified outlines may be off by a
-    /// pixel. A surface counts as nearer if it lies half a step in front of the end; this share was tuned by experiment.
+    /// pixel. A surface counts as nearer if it lies more than half of max_step_ in front of the end, a threshold tuned by
+    /// experiment.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -23746,8 +23764,8 @@ private:
         std::sort(hidden_.begin(), hidden_.end());
     }
 
-    /// Returns the disparity of the farthest surface at a position among those of similar depth, which are nearer than
-    /// `disparity` or at most gap * max_step_ behind it. Returns negative infinity if there is none.
+    /// Returns the disparity of the farthest surface at a position among the surfaces of similar depth: from gap * max_step_
+    /// behind `disparity` to max_joined_step * max_step_ in front of it. Returns negative infinity if there is none.
     float nearer_surface(std::int64_t position, float disparity) const {
         if (position < 0) return nothing;
         float farthest = nothing;
@@ -23814,7 +23832,7 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/visible_surfaces.hpp
-// The surfaces that the photo's camera sees, which hide others and lie beside silhouettes.
+// Disparity and matte of the surfaces that the photo's camera sees. Hems and soft edges depend on them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -23921,7 +23939,7 @@ void check_triangles(const Mesh& mesh) {
                           (values == &mesh.positions ? "positions" : "texture_coordinates"));
 }
 
-/// Raises invalid_data for hems between vertices that the mesh lacks.
+/// Raises invalid_data if a hem refers to a vertex that the mesh lacks.
 inline void check_hems(const textured_mesh& mesh) {
     for (const hem_vertex& h : mesh.hem_vertices)
         if ((std::max)(h.outer, h.inner) >= mesh.vertex_count())
@@ -23969,12 +23987,12 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Maximum factor by which a corner lengthens the strip, so that acute corners don't reach far. The exact factor is 1 / cos of
-/// half the turn; up to turns of 96 degrees it is below this limit.
+/// Maximum factor by which the miter at a corner widens the strip, so that sharp corners don't reach far. The exact factor is
+/// 1 / cos(turn / 2), which exceeds this limit only for turns above 96 degrees.
 inline constexpr float max_miter = 1.5F;
 
-/// Returns options whose widths the padding of the atlas can color. The strip's outermost half texel may lie beyond the padding,
-/// because it is almost transparent.
+/// Limits the widths of the strip to what the padding of the atlas can color. The strip's outermost half texel may lie beyond the
+/// padding, because it is almost transparent.
 inline soft_edge_options limited_to(soft_edge_options options, std::int32_t padding) {
     const float limit = (nearest_float(padding) + 0.5F) / max_miter;
     options.min_width = (std::min)(options.min_width, limit), options.max_width = (std::min)(options.max_width, limit);
@@ -24080,8 +24098,8 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the share of foreground color in each background
-    /// pixel.
+    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the fraction of foreground color in each
+    /// background pixel.
     float matte_beyond(const outline_corner& c, plane_vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -24170,7 +24188,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
+/// Finds a chart's pixel at a corner of the lattice, which is a point between pixels.
 class pixel_finder {
 public:
     /// chart_of  chart of each pixel (chart_set::chart_of)
@@ -24263,7 +24281,7 @@ public:
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
         soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, limited_to(options, atlas.filter_padding));
-        const float max_edges = nearest_float(flat_.open_corners.size());  // more than there are, so that an infinite share fits
+        const float max_edges = nearest_float(flat_.open_corners.size());  // upper bound, for an infinite max_share
         builder.choose(static_cast<std::size_t>((std::min)(max_edges, options.max_share * bytes / edge_bytes)));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
@@ -24318,7 +24336,8 @@ private:
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
         // Hems may lie behind the farthest surface, by a disparity of 0.2 * surface_rule::max_step (hem_finder::gap). With the
-        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. This minimum limits the others.
+        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. The minimum below takes effect
+        // with other rules and ranges.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
@@ -24361,10 +24380,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
-///         depth is at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte column. Where a
-///         hidden surface ends at a nearer one of similar depth, a strip extends it behind the nearer surface, by no more
-///         pixels than the atlas's padding has texels. With the default tolerances or smaller ones, and the default padding or
-///         more, no camera within facts.motion then sees a gap
+///         depth is clamped to at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte
+///         column. Where a hidden surface ends at a nearer one of similar depth, a strip extends the hidden surface behind the
+///         nearer one, by at most as many pixels as the atlas's padding has texels. If the tolerances are no larger and the
+///         padding no smaller than their defaults, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -24529,7 +24548,8 @@ public:
     }
 
 private:
-    /// Returns a texture coordinate for an offset from the start of a room. Hems may be wider than the padding of the room.
+    /// Returns a texture coordinate for an offset from the start of a room. Clamps the offset, because hems may be wider than the
+    /// padding of the room.
     static float on_sheet(double texels, std::int32_t room, std::int32_t room_length, std::int32_t length) {
         return static_cast<float>((room + std::clamp(texels, 0.0, nearest_double(room_length))) / length);
     }
@@ -24612,9 +24632,9 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
 //
 // As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
 // edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
-// with even spacing the error is several times as large for the same number of triangles. Second, extra vertices between
-// the studs mark bends of disparity along evenly spaced rows. Without them, everything upright and narrower than the distance
-// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
+// with even spacing, the error is several times as large for the same number of triangles. Second, extra vertices between
+// the studs mark bends of disparity along evenly spaced rows. Without them, upright shapes narrower than the distance between
+// studs would be lost. They reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
 // the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
 // outline, so outlines need no extra vertices.
 
@@ -24693,8 +24713,8 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 }}  // namespace ldi
 
 // ---- ldi/render/motion.hpp
-// One measure for all motion of a camera away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
-// head. It is the width of hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
+// A single measure for any camera motion away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
+// head. The measure is the width of the hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
 // (occlusion/expand.hpp).
 //
 // A surface at depth n hides another at depth f. The edge of the front surface appears at p in the photo, in pixels from the
@@ -24709,7 +24729,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 namespace detail {
 
 /// Returns the parallax of a camera at `position` between the nearest and the farthest surface, without the factor n / (n -
-/// c_forward), as a share of the photo's longer side.
+/// c_forward), as a fraction of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
     const float forward = std::abs(position[2]);
@@ -24721,7 +24741,7 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 }  // namespace detail
 
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
-/// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
+/// surface, as a fraction of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     // If the camera moves back, n / (n - c_forward) is at most 1, so 1 is used instead.
     const float forward = (std::max)(-position[2], 0.0F);
@@ -24735,15 +24755,15 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
     if (!(motion > 0)) return {0, 0, 0};
-    // Maximum motion forward, as a share of the distance to the nearest surface. In a flat photo, `motion` alone would not limit
-    // the camera.
+    // Maximum motion forward, as a fraction of the distance to the nearest surface. In a flat photo, `motion` alone would not
+    // limit the camera.
     constexpr float closest = 0.99F;
     const float forward = (std::max)(-position[2], 0.0F);
     if (forward > closest * range.z_near) {
         const float kept = closest * range.z_near / forward;
         return within_motion({kept * position[0], kept * position[1], kept * position[2]}, camera, range, motion);
     }
-    // Solves across * k * z_near / (z_near - k * forward) = motion for k, the share of the distance.
+    // Solves across * k * z_near / (z_near - k * forward) = motion for k, the factor for `position`.
     const float across = detail::motion_across(position, camera, range);
     const float share = motion * range.z_near / (across * range.z_near + motion * forward);
     return {share * position[0], share * position[1], share * position[2]};
@@ -24773,8 +24793,8 @@ struct path_options {
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = window_disparity;
-    /// zoom_in and dolly_zoom: distance to travel, as a share of the distance to the nearest surface; below 1. `motion` may
-    /// limit it further.
+    /// zoom_in and dolly_zoom: distance to travel, as a fraction of the distance to the nearest surface; below 1. `motion` may
+    /// limit the distance further.
     float approach = 0.3F;
 };
 
@@ -24815,8 +24835,8 @@ view view_between(std::span<const key_frame> keys, const pinhole_camera& camera,
 /// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0 if they end there
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
-/// Crops a view to the middle of its picture, and enlarges this part to the same number of pixels. `size`, above 0, is the part's
-/// width relative to the picture's, for example the result of frame_within().
+/// Zooms in on the middle of a view's picture, without changing the number of pixels. `size`, above 0, is the width of the part
+/// that fills the new picture, relative to the old picture's width, for example the result of frame_within().
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;
@@ -25235,11 +25255,11 @@ struct rendering {
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 if every sample of the pixel is covered
 };
 
-/// Draws a mesh with its textures, with bilinear interpolation and correct perspective. Where surfaces coincide, the first
+/// Draws a mesh with its textures, with bilinear, perspective-correct texture mapping. Where surfaces coincide, the first
 /// triangle wins. Soft edges are blended over the surfaces behind them; they affect neither depth nor coverage.
 ///
-/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
-///           repeat the edge
+/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates outside [0, 1]
+///           are clamped to the edge
 ///
 /// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch for a backdrop whose size differs from the
 /// view's or that does not have 3 channels; invalid_option for invalid options or an invalid view; and too_large if the view's
@@ -25380,8 +25400,8 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// Rows of pixels per band. Thinner bands occupy more threads; with thicker bands, fewer triangles touch two of them. Tuned by
-/// experiment.
+/// Rows of pixels per band. Thinner bands keep more threads busy; with thicker bands, fewer triangles lie in more than one band.
+/// Tuned by experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
 /// Lists the objects that may touch each band, in order: those of band b are list[start[b]] to list[start[b + 1] - 1].
@@ -25496,9 +25516,10 @@ inline bool has_gaps(const rendering& seen) {
 }
 
 /// Returns the picture, H x W x 3, with a new color for every incompletely covered pixel. The result can be used as
-/// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the farther
-/// half of its outline. A gap at the picture's edge lies beyond the photo's border, where near surfaces continue as well, and
-/// uses all of its outline. A rendering without a covered pixel becomes black. Raises mismatch unless the three images have the
+/// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the far
+/// outline pixels: those in the lower half of the outline's range of inverse depth. A gap at the picture's edge lies beyond the
+/// photo's border, where near surfaces continue as well, and uses its whole outline. A rendering without a covered pixel becomes
+/// black. Raises mismatch unless the three images have the
 /// shapes that `rendering` documents.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
@@ -25633,8 +25654,8 @@ inline view beside(view from, float distance, float window = std::numeric_limits
     return from;
 }
 
-/// Returns the eye distance at which the parallax between the nearest and the farthest surface is `share` of the picture's
-/// width. A thirtieth is comfortable to view.
+/// Returns the eye distance at which the parallax between the nearest and the farthest surface is a given fraction, `share`, of
+/// the picture's width. The default, a thirtieth, is comfortable to view.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
     return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;
@@ -25772,8 +25793,8 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Callback for the members of an object or the elements of an array. It is a function pointer, so that the reader is compiled
-/// only once.
+/// Callback for the members of an object or the elements of an array. A function pointer instead of a template parameter, so that
+/// the reader is compiled only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
 /// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
@@ -26034,7 +26055,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax errors state the byte offset.
+/// Checks that a text consists of one JSON object, and returns the object. Raises invalid_data; messages about syntax errors
+/// state the byte offset.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -26280,9 +26302,9 @@ namespace detail {
 }}  // namespace ldi
 
 // ---- ldi/formats/safetensors.hpp
-// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
-// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/weight_files.hpp
-// loads them from disk.
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: an eight-byte header length, a JSON header with
+// the type, shape and byte range of every tensor, then the little-endian values. Files are untrusted. io/weight_files.hpp loads
+// them from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -26292,8 +26314,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
 /// where  name of the file in messages
 ///
-/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). Messages
-/// about a tensor name it.
+/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). A message
+/// about a tensor states the tensor's name.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
@@ -26317,7 +26339,7 @@ inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
 inline constexpr std::size_t max_dimensions = 8;
 inline constexpr int max_nesting = 3;  ///< three levels: the header, a tensor, and its shape
 
-/// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+/// Converts IEEE half precision: a sign bit, 5 exponent bits and 10 fraction bits.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
     if (exponent == 31) return float_of(sign | 0x7F800000 | (fraction << 13));
@@ -26454,8 +26476,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Checks that the tensors fill the data without gap or overlap. They then need at most twice the memory of the file, because
-    // half-precision numbers become float.
+    // Checks that the tensors fill the data without gap or overlap. The decoded tensors then need at most twice the size of the
+    // file, because half-precision numbers become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
@@ -26500,7 +26522,7 @@ farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string
 
 namespace detail {
 
-/// Returns how the network treats missing colors. The metadata state the network's name.
+/// Returns how the network treats missing colors. The network's name in the metadata determines this.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");
@@ -26617,8 +26639,8 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
 /// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // The header consists of "Pf", width, height and scale. White space follows each of them. A single white space character
-    // follows the scale.
+    // The header consists of "Pf", width, height and scale, separated by white space. Exactly one white space character follows
+    // the scale.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -26633,7 +26655,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
-    // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which readers ignore.
+    // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which this reader ignores.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");
@@ -26820,7 +26842,7 @@ struct geometry {
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    /// Whether indices have 16 bits. glTF reserves index 65,535.
+    /// Whether 16 bits suffice for indices. glTF reserves the index 65,535, so at most 65,535 vertices are possible.
     bool has_short_indices() const { return vertex_count() < 65536; }
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
@@ -26834,7 +26856,7 @@ struct geometry {
     std::size_t index_bytes() const {
         return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
     }
-    /// Bytes after the indices that align the next geometry to a multiple of 4.
+    /// Number of padding bytes after the indices, so that the next geometry starts at a multiple of 4.
     std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
     std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + own_bytes() + index_bytes(); }
 
@@ -27096,7 +27118,7 @@ private:
             if (!are_huffman_tables(body)) broken("a bad Huffman table");
         } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
             header_.exif = body.subspan(6);
-        } else if ((marker == 0xE1 || marker == 0xE2) && body.size() > 12) {  // shorter ones contain only the name of their kind
+        } else if ((marker == 0xE1 || marker == 0xE2) && body.size() > 12) {  // shorter segments contain only an identifier
             header_.extensions.push_back(body);
         } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
             adobe_ = true;
@@ -27143,7 +27165,7 @@ struct png_layout {
     bool is_interlaced = false;
 };
 
-/// Reads the body of the chunk IHDR. Calls broken(found) for values that PNG does not allow.
+/// Reads the body of the IHDR chunk. Calls broken(found) for values that PNG does not allow.
 template <class Broken>
 png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
     header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
@@ -27493,18 +27515,18 @@ struct glb_options {
     bool double_sided = true;
 };
 
-/// Encodes a mesh and its textures as a GLB file with one node and one mesh. The mesh has one primitive per texture, and one
-/// more for soft edges, which viewers blend over the other primitives (COLOR_0 with alpha). Positions are float32. Texture
-/// coordinates are normalized 16-bit numbers. Indices have 16 bits in primitives with fewer than 65,536 vertices, otherwise 32
-/// bits. The file keeps unused vertices, but omits parts without triangles and textures that only such parts use.
+/// Encodes a mesh and its textures as a GLB file with one mesh. The mesh has one primitive per texture, and one more for soft
+/// edges, which viewers blend over the other primitives (COLOR_0 with alpha). Positions are float32. Texture coordinates are
+/// normalized 16-bit numbers. Indices have 16 bits in primitives with fewer than 65,536 vertices, otherwise 32 bits. The file
+/// keeps unused vertices, but omits parts without triangles and textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
 /// index out of range, or if a texture is not a complete JPEG or PNG file; unsupported for a JPEG or PNG variant that
-/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a
-/// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
+/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a source that violates glb_options, and for
+/// an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -27515,8 +27537,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 }
 
 /// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png() and also
-/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from your own encoder are
-/// about a quarter as large.
+/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from an encoder of your choice are
+/// about a quarter of the size.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -27654,7 +27676,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // Unlit materials show the texture unchanged. Viewers that do not support them show a surface that is not metallic.
+    // Unlit materials show the texture unchanged. Viewers without support for unlit materials show a non-metallic surface.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -27725,9 +27747,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// where   name of the file in messages
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
-/// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
-/// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
-/// band (depth/step_band.hpp) differ.
+/// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises mismatch if the metadata
+/// describe a different kind of network, and unsupported if the metadata state a different architecture or different constants
+/// of the band (depth/step_band.hpp).
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -27754,7 +27776,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
 
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
-// network is small, was trained on the results of other networks, and uses the same arithmetic as the published Tiefenrausch.
+// network is small, was trained on the outputs of other networks, and uses the same arithmetic as the published Tiefenrausch.
 // io/weight_files.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -27776,8 +27798,8 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
-/// and "layout_long_side" are optional values of depth_network_sizes.
+/// Decodes a depth network. The metadata entry "output" states the kind of result: "disparity" or "log disparity". The optional
+/// entries "details_long_side" and "layout_long_side" set the members of depth_network_sizes.
 ///
 /// bytes   the whole file
 /// where   name of the file in messages
@@ -27819,14 +27841,14 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, 0 to 64, in addition to the pass at the photo's
     /// resolution. At the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
-    /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
-    /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
-    /// lengths and sizes are not scaled.
+    /// Maximum side of a depth sample in photo pixels, 1 to 16: the maximum factor by which lengths in `alignment`, `components`
+    /// and `curves` are multiplied. Larger samples count as samples of this size, because they are too coarse to locate
+    /// silhouettes. With 1, lengths and sizes are not scaled.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Leveling of dips, off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened
-    /// holes of up to 11 pixels, in views with a long side of 1000 pixels. Intended for use with a network_decider
+    /// Leveling of dips. It joins pieces of the background beside objects, but is off by default: in 2 of 20 photographs, it
+    /// opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a network_decider
     /// (depth/network_decider.hpp).
     level_options level{.radius = 0};
     sharpen_options sharpen;
@@ -27912,8 +27934,8 @@ inline void check(const photo3d_options& options) {
 
 }  // namespace detail
 
-/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
-/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
+/// Limits the size of charts so that they fit on full-size sheets (texture/sheets.hpp) for a photo of `photo_height` x
+/// `photo_width` pixels. Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
@@ -28040,7 +28062,7 @@ struct cleaned_photo {
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
-/// or the surface rule's step is not in [0.001, 1].
+/// passes_before_resampling is not in [0, 64], or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -28198,7 +28220,7 @@ lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& opt
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns options with the paper's numbers and stages only, to reproduce the paper or to measure the effect of each addition.
+/// Returns options with only the paper's numbers and stages, to reproduce the paper or to measure the effect of each addition.
 /// The differences from the defaults:
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
@@ -28234,7 +28256,7 @@ inline photo3d_options paper_options() {
 }}  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Stages beyond the paper sharpen depth edges
+// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Additional stages sharpen depth edges
 // (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside silhouettes, add texture to hidden
 // surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
 // (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run only some
@@ -28250,8 +28272,8 @@ struct basic_photo3d {
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
-    /// Number of pixel sides in silhouettes that were dropped because of curve_options::max_density or max_sides. The mesh
-    /// connects the front and the back surface across these sides. Usually 0 for photographs.
+    /// Total number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped. Across these sides,
+    /// the mesh connects the front and the back surface. Usually 0 for photographs.
     std::size_t dropped_sides = 0;
     /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
@@ -28373,6 +28395,6 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 }}  // namespace ldi
 
 // ---- ldi/ldi.hpp
-// Includes all headers that require only the standard library. They convert a photo's pixels and the bytes of weight files to the
-// bytes of a GLB file. Include other headers individually: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for
-// Eigen and xtensor.
+// Includes all headers that require only the standard library. They suffice to convert a photo's pixels and the bytes of weight
+// files to the bytes of a GLB file. Include other headers individually: ldi/io/... for files and decoders (link ldi::io),
+// ldi/adapt/... for Eigen and xtensor.

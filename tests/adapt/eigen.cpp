@@ -40,7 +40,7 @@ TEST_CASE("Eigen maps the mesh's memory as vertices, triangles and texture coord
     CHECK(area > 40 * 60 - 1);
 }
 
-TEST_CASE("view_from() and pose() are inverse to each other, and the pose transforms points as the view does") {
+TEST_CASE("pose() inverts view_from(), and the inverse pose transforms points as the view does") {
     std::mt19937 random(4);
     std::normal_distribution<float> normal;
     for (int round = 0; round < 100; ++round) {

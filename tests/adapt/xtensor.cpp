@@ -38,7 +38,7 @@ TEST_CASE("view_of() refers to tensors and to strided views of them without a co
     CHECK(view_of(map).channels() == 1);
 }
 
-TEST_CASE("view_of() refuses a transposed tensor, which make_image() copies") {
+TEST_CASE("a transposed tensor is refused by view_of(), but copied by make_image()") {
     xt::xarray<float> values = xt::arange<float>(24);
     values.reshape({4, 6});
     auto turned = xt::transpose(values);

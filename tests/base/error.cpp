@@ -15,7 +15,7 @@ TEST_CASE("an error message states the place, what was expected, what was found,
 
 static_assert(std::is_nothrow_copy_constructible_v<error>, "catching an error by value needs no memory");
 
-TEST_CASE("raise() throws an error with its code, place, expectation and finding") {
+TEST_CASE("raise() throws an error that states its code, its place, what was expected and what was found") {
     try {
         raise(error_code::mismatch, "lift", "640 x 480", "480 x 640");
         FAIL("did not throw");

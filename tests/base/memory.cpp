@@ -81,7 +81,7 @@ TEMPLATE_TEST_CASE("a buffer behaves like std::vector, and its memory is aligned
     CHECK(ours == moved);
 }
 
-TEST_CASE("a buffer's count is the index of the value that is appended next") {
+TEST_CASE("a buffer's count equals the index of the next appended value") {
     ldi::buffer<char> values;
     for (std::int32_t i = 0; i < 10; ++i) {
         REQUIRE(values.count() == i);
@@ -108,7 +108,7 @@ TEST_CASE("a buffer inserts and erases values anywhere, as std::vector does") {
     }
 }
 
-TEST_CASE("a buffer allocates from the current memory scope, and frees its memory there from any scope or thread") {
+TEST_CASE("a buffer allocates from the current memory scope, and frees its memory in that scope from any scope or thread") {
     testing::counted_memory outer, inner;
     buffer<float> kept;
     {
@@ -129,7 +129,7 @@ TEST_CASE("a buffer allocates from the current memory scope, and frees its memor
     CHECK((inner.blocks == 0 && inner.bytes == 0));
 }
 
-TEST_CASE("if a buffer's first allocation fails, the next one uses the memory scope that is current then") {
+TEST_CASE("after a buffer's first allocation fails, the next one uses the memory scope that is current at that time") {
     testing::counted_memory later;
     buffer<int> values;
     {

@@ -12,7 +12,7 @@ TEST_CASE("shape_text() lists the lengths of a shape, and calls an empty shape a
     CHECK(shape_text(buffer<std::size_t>{20, 4, 0, 7}) == "20 x 4 x 0 x 7");
 }
 
-TEST_CASE("tensors and metadata are found by the std::string_view of a name, without a copy") {
+TEST_CASE("tensors and metadata are found by a std::string_view, without a copy of the name") {
     named_tensors file;
     file.tensors["bias"] = {{2}, buffer<std::int8_t>{-1, 3}};
     file.metadata["network"] = "farbrausch";

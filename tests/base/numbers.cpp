@@ -18,7 +18,7 @@ TEST_CASE("nearest_float() and nearest_double() convert an integer to the neares
     STATIC_REQUIRE(nearest_double((std::int64_t{1} << 53) - 1) == 9007199254740991.0);
 }
 
-TEST_CASE("conversion to a byte rounds halves up and clamps to the range from 0 to 255") {
+TEST_CASE("conversion to a byte rounds to the nearest integer, halves up, and clamps to the range from 0 to 255") {
     for (int i = 0; i < 255; ++i) {
         const float whole = nearest_float(i);
         CHECK(rounded_to_byte(whole) == i);

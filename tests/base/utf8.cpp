@@ -19,7 +19,7 @@ std::string encoded(std::uint32_t code, std::size_t length) {
 std::size_t shortest(std::uint32_t code) { return code < 0x80 ? 1 : code < 0x800 ? 2 : code < 0x10000 ? 3 : 4; }
 }  // namespace
 
-TEST_CASE("only the shortest form of a character is accepted; longer forms, surrogates and code points above 10FFFF are not") {
+TEST_CASE("only the shortest encoding of a character is accepted; surrogates and code points above 10FFFF are refused") {
     for (std::uint32_t code = 0; code < 0x200000; code += code < 0x11000 ? 1 : 7) {
         const bool is_character = code < 0x110000 && (code < 0xD800 || code > 0xDFFF);
         for (std::size_t length = shortest(code); length <= 4; ++length) {

@@ -231,7 +231,7 @@ TEST_CASE("a flat image is one chart, or an even grid of charts if it exceeds th
     }
 }
 
-TEST_CASE("a size limit of charts below 16 or above 8192 is refused") {
+TEST_CASE("a chart size limit below 16 or above 8192 is refused") {
     const graph g = make_grid(4, 4);
     const buffer<float> disparity(g.size(), 0.5F);
     for (const std::int32_t side : {-1, 0, 15, 8193, std::numeric_limits<std::int32_t>::max()}) {
@@ -293,7 +293,7 @@ TEST_CASE("a helix that overlaps itself is cut into flat charts") {
     CHECK(set.charts.size() >= 3);
 }
 
-TEST_CASE("charts of rings get smaller boxes if the total area of their boxes exceeds the maximum") {
+TEST_CASE("rings are divided into smaller charts if the total area of the charts' bounding boxes exceeds the maximum") {
     const photo_layer layer = testing::lift_disparity(testing::hard_map("rings", 300, 400, 12));
     const auto area = [](const chart_set& set) {
         std::int64_t sum = 0;
@@ -316,7 +316,7 @@ TEST_CASE("charts of rings get smaller boxes if the total area of their boxes ex
     check_partition(layer.topology(), smallest, options);
 }
 
-TEST_CASE("charts of difficult maps are grown at most three times, and exactly twice if no chart size meets the area limit") {
+TEST_CASE("on difficult maps, charts are grown at most three times, and exactly twice if no chart size meets the area limit") {
     CHECK(growths_of(layers_of("ramp", 1), 4) == 1);
     for (const std::string_view name : hard_maps)
         for (const std::size_t unit : {1U, 6U, 30U}) {

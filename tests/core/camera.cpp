@@ -58,7 +58,7 @@ TEST_CASE("the camera of a layered image includes the margin, and a negative or 
     }
 }
 
-TEST_CASE("a 35 mm equivalent focal length is converted by the ratio of the diagonals") {
+TEST_CASE("a 35 mm equivalent focal length is multiplied by the ratio of the diagonals") {
     CHECK(focal_length_from_35mm(std::hypot(36.0F, 24.0F), 300, 400) == Approx(500.0F));
     CHECK(focal_length_from_35mm(26.0F, 4032, 3024) == Approx(focal_length_from_35mm(26.0F, 3024, 4032)));
     CHECK(focal_length_from_35mm(28.0F, 3600, 2400) == Approx(2800.0F));
@@ -72,7 +72,7 @@ TEST_CASE("a field of view spans the longer side") {
     CHECK(std::atan(edge[0]) == Approx(30.0F * 3.14159265F / 180.0F));
 }
 
-TEST_CASE("disparity 1 is the nearest depth, 0 the farthest, and inverse depth is linear between them") {
+TEST_CASE("disparity 1 is the nearest depth, disparity 0 is the farthest, and inverse depth is linear in between") {
     const depth_range range{0.5F, 20.0F};
     CHECK(range.depth(1.0F) == Approx(0.5F));
     CHECK(range.depth(0.0F) == Approx(20.0F));

@@ -136,7 +136,7 @@ TEST_CASE("reordered() refuses an order that is not a permutation of the pixels"
     CHECK(layers.column<disparity_column>() == buffer<float>{0.25F, 0.5F});
 }
 
-TEST_CASE("reordered() moves a column's rows as a whole") {
+TEST_CASE("reordered() moves each row of a column as a whole") {
     const buffer<int> column{10, 11, 20, 21, 30, 31};
     const buffer<std::int32_t> order{2, 0, 1};
     CHECK(ldi::reordered(column, order, 2) == buffer<int>{30, 31, 10, 11, 20, 21});
@@ -144,7 +144,7 @@ TEST_CASE("reordered() moves a column's rows as a whole") {
         CHECK_THROWS_AS(ldi::reordered(column, buffer<std::int32_t>{0, wrong}, 2), error);
 }
 
-TEST_CASE("canonical_order() refuses a broken view, and a wrong number of disparities") {
+TEST_CASE("canonical_order() refuses an invalid view, and a wrong number of disparities") {
     testing::for_broken_views([](const graph_view& view) {
         CHECK_THAT(testing::message_of([&] { canonical_order(view); }), Catch::StartsWith("canonical_order: "));
     });

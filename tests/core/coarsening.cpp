@@ -297,7 +297,7 @@ TEST_CASE("the search for parents needs bounded memory even if many paths reach 
     CHECK(std::count(result.map.parent().begin(), result.map.parent().end(), no_pixel) == 0);
 }
 
-TEST_CASE("a column's rule receives all channels of the fine pixels, so a direction can be normalized") {
+TEST_CASE("a column's rule receives all channels of the fine pixels, so it can normalize a direction") {
     layered_image<direction> fine(make_grid(2, 1));
     fine.at<direction>(0)[0] = 1, fine.at<direction>(1)[1] = 1;
     const auto coarse = coarsen(fine).layers;
@@ -339,7 +339,7 @@ TEST_CASE("the rule of each column computes the value of a coarse pixel from all
     }
 }
 
-TEST_CASE("coarsen() refuses a view whose positions or links break an invariant") {
+TEST_CASE("coarsen() refuses a view whose positions or links violate an invariant") {
     const auto error_of = [](std::vector<std::int32_t> x, std::vector<std::int32_t> right, std::vector<std::int32_t> left) {
         const std::vector<std::int32_t> y(x.size(), 0), none(x.size(), no_pixel);
         using values = std::span<const std::int32_t>;

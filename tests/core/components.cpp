@@ -81,7 +81,7 @@ TEST_CASE("connected_components() matches a flood fill on random graphs in any o
     CHECK(most > 50);
 }
 
-TEST_CASE("connected_components() refuses a broken view") {
+TEST_CASE("connected_components() refuses an invalid view") {
     testing::for_broken_views([](const graph_view& view) {
         CHECK_THAT(testing::message_of([&] { connected_components(view); }), Catch::StartsWith("connected_components: "));
     });

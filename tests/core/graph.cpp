@@ -167,7 +167,7 @@ TEST_CASE("a builder refuses 2^31 pixels before it allocates memory") {
     CHECK_THROWS_AS(graph_builder(1, 1, 2 * too_many, unset), error);
 }
 
-TEST_CASE("can_link() and unlink() accept any position and neighbor, because their setters check nothing") {
+TEST_CASE("can_link() and unlink() accept positions and neighbors out of range, which the unchecked setters allow") {
     graph_builder b(2, 1, 2);
     b.set_position(1, std::numeric_limits<std::int32_t>::max(), 0);
     b.set_position(0, std::numeric_limits<std::int32_t>::min(), 0);

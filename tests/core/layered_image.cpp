@@ -403,7 +403,7 @@ TEST_CASE("an exception in grow() leaves an empty image, and one in edit_links()
     CHECK(layers.column<color_column>().empty());
 }
 
-TEST_CASE("edit_links() refuses links that would break the topology, and leaves a sound image") {
+TEST_CASE("edit_links() refuses links that would make the topology invalid, and leaves a sound image") {
     photo_layers layers(make_grid(3, 2));
     const auto is_refused = [&](auto&& edit) {
         CHECK_THROWS_AS(layers.edit_links(edit), error);

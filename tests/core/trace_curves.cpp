@@ -111,7 +111,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("curves around a surface inside the photo are closed, others lead from border to border or to a junction") {
+TEST_CASE("curves around a surface inside the photo are closed; every other curve ends at borders or junctions") {
     CHECK(lengths_in({"111", "111"}).empty());
     CHECK(lengths_in({"111", "151", "111"}) == std::vector{-4});
     CHECK(lengths_in({"115", "115", "115"}) == std::vector{3});

@@ -80,7 +80,7 @@ TEST_CASE("the window in an image is the square around its pixel, and is empty b
         }
 }
 
-TEST_CASE("exploration passes around a silhouette, and leaves unreachable pixels out (the paper's 5 x 5 example)") {
+TEST_CASE("exploration goes around a silhouette, and leaves out unreachable pixels (the paper's 5 x 5 example)") {
     // A wall right of the center's column in all rows but the last; the two pixels in the top right corner are cut off.
     //
     //      0  1  2 | 3  4
@@ -166,7 +166,7 @@ TEST_CASE("a window around the axis of a helix stays on one turn until another t
     CHECK(window_of(g, a[2], 3) == window{none, none, none, none, a[2], b[2], none, c[2], d[2]});
 }
 
-TEST_CASE("gather_window() matches an exploration in rounds on random graphs") {
+TEST_CASE("on random graphs, gather_window() matches an exploration that advances by one link per round") {
     const std::int32_t sizes[] = {1, 3, 5, 7, 9, 15};
     testing::for_random_graphs(20, 2500, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();

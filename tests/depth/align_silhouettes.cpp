@@ -161,7 +161,7 @@ TEST_CASE("an edge is found even if stripes of higher contrast cross it") {
 }
 
 TEST_CASE(
-    "a silhouette cuts off at most half of a thin object, and may move by at least four pixels if it has teeth of four pixels") {
+    "a silhouette may move by at most half the width of a thin object, but by four pixels or more if its teeth are that deep") {
     const auto for_each_band_row = [](std::int32_t radius, auto&& is_front, auto&& visit) {
         const scene s = make_scene(60, 80, 0.0F, 0.0F, red, gray, 0.0F, is_front);
         const ldi::corner_map lattice(80, 60);
@@ -181,7 +181,7 @@ TEST_CASE(
     for_each_band_row(8, jagged, [](std::int32_t least, std::int32_t most) { REQUIRE((least <= -4 && most >= 4)); });
 }
 
-TEST_CASE("the color model of a surface is a normal density: smooth surfaces claim colors near their mean, rough ones the rest") {
+TEST_CASE("a surface's color model is a normal density: near the mean, it favors smooth surfaces, elsewhere rough ones") {
     const auto model_of = [](int deviation) {
         ldi::detail::curves::color_sums sums;
         for (const int sign : {-1, 1}) {

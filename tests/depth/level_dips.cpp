@@ -21,7 +21,7 @@ ldi::image<float> with_dip(float front, float dip, float back, std::size_t width
 
 }  // namespace
 
-TEST_CASE("a dip of up to 4 samples beside a step becomes as deep as the background beyond it") {
+TEST_CASE("a dip of up to 4 samples between a step and the background is raised to the depth of the background") {
     for (const std::size_t width : {std::size_t{1}, std::size_t{3}, std::size_t{4}}) {
         CAPTURE(width);
         CHECK(ldi::level_dips(with_dip(0.8F, 0.05F, 0.2F, width)) == with_dip(0.8F, 0.2F, 0.2F, width));
@@ -32,14 +32,14 @@ TEST_CASE("a dip of up to 4 samples beside a step becomes as deep as the backgro
     CHECK(ldi::level_dips(wide, {.radius = 0}) == wide);
 }
 
-TEST_CASE("a dip keeps its depth if it is deeper than 0.35 of the step beside it") {
+TEST_CASE("a dip is left unchanged if it is deeper than 0.35 times the step beside it") {
     CHECK(ldi::level_dips(with_dip(0.8F, 0.1F, 0.34F, 4)) == with_dip(0.8F, 0.34F, 0.34F, 4));
     const ldi::image<float> deep = with_dip(0.8F, 0.1F, 0.36F, 4);
     CHECK(ldi::level_dips(deep) == deep);
     CHECK(ldi::level_dips(deep, {.max_depth = 0.4F}) == with_dip(0.8F, 0.36F, 0.36F, 4));
 }
 
-TEST_CASE("a narrow gap between two parts of an object remains as deep as the background") {
+TEST_CASE("a narrow gap between two parts of an object keeps the depth of the background") {
     for (const std::size_t width : {std::size_t{1}, std::size_t{4}, std::size_t{8}}) {
         const ldi::image<float> gap = with_dip(0.8F, 0.2F, 0.75F, width);
         CHECK(ldi::level_dips(gap) == gap);

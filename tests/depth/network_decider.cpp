@@ -82,7 +82,7 @@ TEST_CASE("a blurred step becomes two surfaces that meet at the edge chosen by t
         }
 }
 
-TEST_CASE("the share of the front is the logistic function of the network's logit plus the prior, and 0 outside the band") {
+TEST_CASE("the foreground share is the logistic function of the network's logit plus the prior, and 0 outside the band") {
     const image<float> map = ramp(20, 40, 19, 20);
     const auto certain = [](float logit) { return [logit](std::span<const std::uint8_t>, std::size_t) { return logit; }; };
     // The prior adds 3 to the logits of pixels in front, and subtracts 3 from those of pixels behind.
@@ -119,7 +119,7 @@ TEST_CASE("a mirrored coarse map gives the network a mirrored input") {
     }
 }
 
-TEST_CASE("a surface in the band gets the disparity that it has beyond the band, unless both differ by more than half the step") {
+TEST_CASE("a surface's disparity in the band is replaced by that beyond the band, unless they differ by over half the step") {
     for (const float step : {0.54F, 0.31F}) {
         // The front slopes by 0.018 per pixel, so that it differs by 0.2 beyond the band.
         image<float> map(30, 100);
@@ -172,7 +172,7 @@ TEST_CASE("without a network, the decider aligns silhouettes as aligned_silhouet
     CHECK(network_decider(&network).decide(coarse, serial_executor()).disparity(30, 39) == map(30, 39));
 }
 
-TEST_CASE("with depth as fine as the photo, the decider aligns silhouettes and does not ask the network") {
+TEST_CASE("if the depth map has the photo's resolution, the decider aligns silhouettes and does not run the network") {
     const image<float> map = ramp(60, 80, 38, 39);
     const image<std::uint8_t> photo = halves(60, 80, 40);
     const undecided_depth depth{photo, map, map, {}, 1.0F};
@@ -196,7 +196,7 @@ TEST_CASE("the network decides beside steps of at least 0.1") {
     }
 }
 
-TEST_CASE("the decider's memory is linear in the number of pixels, even for hard maps and random decisions") {
+TEST_CASE("the decider's memory is linear in the number of pixels, even for difficult maps and random decisions") {
     for (const std::string_view name : ldi::testing::hard_maps)
         for (const std::size_t unit : {std::size_t{1}, std::size_t{5}}) {
             std::array<double, 2> per_pixel{}, peak_per_pixel{};

@@ -153,7 +153,7 @@ TEST_CASE("maps of the largest and of the smallest floats are normalized without
     CHECK(n.disparity(0, 2, 0) == 1.0F);
 }
 
-TEST_CASE("a share of clipped pixels that is negative, NaN or at least one half is refused") {
+TEST_CASE("a fraction of clipped pixels that is negative, NaN or at least one half is refused") {
     for (float share : {-0.1F, 0.5F, 1.0F, std::numeric_limits<float>::quiet_NaN()}) {
         ldi::normalize_options options;
         options.clipped_share = share;

@@ -75,7 +75,7 @@ TEST_CASE("a depth edge moves by a pixel to a color edge of 24 gray levels, but 
     CHECK_FALSE(moves(16));
 }
 
-TEST_CASE("resampling keeps a plane exact") {
+TEST_CASE("resampling preserves a plane exactly") {
     ldi::image<std::uint8_t> photo(96, 120, 3, std::uint8_t{100});
     ldi::image<float> map(24, 30);
     for (std::size_t y = 0; y < 24; ++y)
@@ -104,7 +104,7 @@ TEST_CASE("resampling works for any ratio of sizes, with the same result on thre
     }
 }
 
-TEST_CASE("a resampling sigma of 0, below 0 or NaN is refused, and so are maps and photos with other channels") {
+TEST_CASE("a sigma that is 0, negative or NaN is refused, and so is a map or photo with a wrong number of channels") {
     const auto error_for = [](const ldi::resample_options& options, std::size_t map_channels = 1,
                               std::size_t photo_channels = 3) {
         return ldi::testing::raised([&] {

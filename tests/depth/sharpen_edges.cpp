@@ -31,7 +31,7 @@ float max_step(const ldi::image<float>& map, std::size_t y) {
 
 }  // namespace
 
-TEST_CASE("a blurred edge becomes one step at its steepest place") {
+TEST_CASE("a blurred edge becomes a single step at its steepest point") {
     for (const float sigma : {1.0F, 2.0F, 3.0F})
         for (const float height : {0.3F, 0.5F, 0.8F})
             for (const float edge : {24.5F, 30.5F, 33.5F}) {

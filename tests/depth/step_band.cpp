@@ -71,7 +71,7 @@ void check_band(const image<float>& map, const step_band_options& options = {}) 
 
 }  // namespace
 
-TEST_CASE("the band of random maps matches a brute-force search") {
+TEST_CASE("on random maps, the band matches a brute-force search") {
     std::mt19937 random(4);
     for (int round = 0; round < 30; ++round) {
         const std::size_t height = 1 + random() % 60, width = 1 + random() % 80;
@@ -87,7 +87,7 @@ TEST_CASE("the band of random maps matches a brute-force search") {
     }
 }
 
-TEST_CASE("the band of hard and of very small maps matches a brute-force search") {
+TEST_CASE("on difficult and on very small maps, the band matches a brute-force search") {
     for (const std::string_view name : ldi::testing::hard_maps) {
         CAPTURE(name);
         check_band(ldi::testing::hard_map(name, 24, 32, 1));

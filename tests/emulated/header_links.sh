@@ -2,7 +2,7 @@
 #
 #   link_headers FOLDER   creates links in FOLDER to the header-only libraries that tests include. A cross compiler must not see
 #                         /usr/include as a whole, which contains the headers of this machine's C library.
-#   end_without_catch2    exits if Catch2 2, which is header-only, is missing. Version 3 is a library for this machine.
+#   end_without_catch2    exits if Catch2 2, which is header-only, is missing. Version 3 is a library that is compiled for this machine.
 #
 # shellcheck shell=bash
 

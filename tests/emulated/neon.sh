@@ -34,7 +34,8 @@ compile_tests() {
 export build
 export -f compile
 
-# Runs one test file on the named processor. With LDI_ISA, a missing instruction set is an error, not a silent use of portable code.
+# Runs one test file on the named processor. With LDI_ISA, a missing instruction set is an error instead of a silent fallback to portable
+# code.
 run_file() {
     qemu-aarch64 -cpu "$1" "$build/tests" --filenames-as-tags --warn NoTests "[#$2]~the published output is the same on every*"
 }

@@ -41,7 +41,7 @@ compile_tests() {
         wait -n || return 1
         running=$((running - 1))
     done
-    # The tests start threads and wait for them in main().
+    # The tests start threads and wait for them in main(), so main() must run in a thread of its own (PROXY_TO_PTHREAD).
     emscripten "$build"/*.o -sNODERAWFS=1 -sINITIAL_MEMORY=512MB -sPROXY_TO_PTHREAD=1 -sEXIT_RUNTIME=1 -o "$build/tests.js"
 }
 run_file() {

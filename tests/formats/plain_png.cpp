@@ -33,7 +33,7 @@ image<std::uint8_t> random_picture(std::mt19937& random, std::size_t height, std
 
 }  // namespace
 
-TEST_CASE("gray and RGB pictures of any shape and any noise are encoded without loss") {
+TEST_CASE("gray and RGB pictures of any shape, with or without noise, are encoded without loss") {
     std::mt19937 random(4);
     for (std::size_t channels : {std::size_t{1}, std::size_t{3}})
         for (unsigned noise : {0U, 2U, 40U, 256U})

@@ -80,7 +80,7 @@ TEST_CASE("a file that is cut off at any byte is refused") {
         CHECK(testing::raised([&] { decode_safetensors(std::span(whole).first(size)); }) == error_code::invalid_data);
 }
 
-TEST_CASE("errors name the damage and the tensor that contains it") {
+TEST_CASE("errors state the damage and name the damaged tensor") {
     const std::string good = R"("a":{"dtype":"U8","shape":[2],"data_offsets":[0,2]})";
     CHECK(refusal("{" + good + "}", 2) == "nothing raised");
     CHECK_THAT(refusal("{" + good + "}", 3), Contains("weights") && Contains("3 bytes of data") && Contains("found 2"));

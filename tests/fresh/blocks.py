@@ -8,7 +8,7 @@
 Comments, which are invisible to readers, control how tests/fresh/run.sh runs a block. Above the block:
 
     <!-- fresh: skip REASON -->      not run, because it needs something that a fresh machine lacks, or takes hours
-    <!-- fresh: late -->             run after all blocks of all pages that are not late
+    <!-- fresh: late -->             run after the blocks, on all pages, that are not marked late
     <!-- fresh: in FOLDER -->        run in FOLDER instead of the top folder
     <!-- fresh: first COMMANDS -->   run before the block: provides the reader's own files, such as photo.jpg
 

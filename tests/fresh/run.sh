@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs every command block of every page, unchanged, in a minimal Debian that it creates, on a copy of the committed files. Takes an hour
+# Creates a minimal Debian with a copy of the committed files, and runs every command block of every page there, unchanged. Takes an hour
 # or more; not part of tests/run.sh. Prints a line for each block and ends with "N passed, N failed". Needs root, for chroot.
 #
 #   tests/fresh/run.sh                       all pages
@@ -8,7 +8,7 @@
 #   tests/fresh/run.sh --resume              without the blocks that passed in the last run, on the machines of that run
 #   tests/fresh/run.sh --ccache FOLDER       compiles through a compiler cache
 #
-# build/fresh contains the machines and each block's output. tests/fresh/blocks.py describes the marks of blocks in pages.
+# build/fresh contains the machines and each block's output. tests/fresh/blocks.py describes how pages mark their blocks.
 set -euo pipefail
 repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
 cd "$repository"

@@ -1,4 +1,4 @@
-"""Adds the files of the scripts in ../shared/hostile, if present, to the fuzzers' seeds: FOLDER/photo, FOLDER/depth_map and so on.
+"""Adds the files that the scripts in ../shared/hostile, if present, create to the fuzzers' seeds: FOLDER/photo, FOLDER/depth_map, ...
 
     hostile_seeds.py SOURCE_DIR FOLDER
 """

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that translation units with different compiler flags work in one program and share no function of ldi. The linker keeps one of
-two functions with the same name, which might round differently or use instructions that the processor lacks.
+"""Checks that translation units with different compiler flags work in one program and share no function of ldi. Of two functions with the
+same name, the linker keeps only one, which might round differently or use instructions that the processor lacks.
 
     configurations.py FOLDER COMPILER [FLAG...]     builds in FOLDER
 """

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks that each folder of include/ldi includes only itself, the folders that FLOORS permits, and version.hpp, and never another
-folder's detail/ or a name of its namespace detail, except those in SHARED. Checks headers outside of folders, such as photo3d.hpp, in
-the same way. Examples and benchmarks include no detail/, except those in KNOW_PARTS."""
+"""Checks that each folder of include/ldi includes only itself, the folders that FLOORS permits, and version.hpp. It must not include
+another folder's detail/ or use names of another folder's namespace detail, except those in SHARED. Checks headers outside of folders, such
+as photo3d.hpp, in the same way. Examples and benchmarks include no detail/, except those in KNOW_PARTS."""
 
 import re
 import sys

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that the single header compiles after the macros of Qt, Windows and X11.
+"""Checks that the single header compiles after macros that Qt, Windows and X11 define.
 
     macros.py COMPILER [FLAG...]
 """

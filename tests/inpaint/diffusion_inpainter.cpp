@@ -24,7 +24,7 @@ ldi::photo_layers random_unknown(std::mt19937& random, bool colored) {
 
 }  // namespace
 
-TEST_CASE("diffusion keeps known colors, stays within their range, and continues a plain color exactly") {
+TEST_CASE("diffusion keeps known colors, stays within their range, and continues a uniform color exactly") {
     std::mt19937 random(1);
     ldi::serial_executor serial;
     for (int round = 0; round < 60; ++round) {

@@ -41,7 +41,7 @@ double deviation_inside(const ldi::photo_layers& layers) {
 
 }  // namespace
 
-TEST_CASE("the strength of grain is that of the surrounding noise times the option `strength`") {
+TEST_CASE("grain is as strong as the surrounding noise times the option `strength`") {
     for (const double deviation : {2.0, 4.0, 8.0})
         for (const float strength : {1.0F, 0.5F}) {
             ldi::photo_layers layers = noisy_around_a_band(deviation);
@@ -64,7 +64,7 @@ TEST_CASE("by default, grain has 0.6 times the strength of the surrounding noise
     }
 }
 
-TEST_CASE("noise in red, green or blue counts as much as the channel contributes to brightness") {
+TEST_CASE("noise in each color channel is weighted by the channel's contribution to brightness") {
     for (const auto& [channel, weight] : {std::pair<std::size_t, double>{0, 0.299}, {1, 0.587}, {2, 0.114}}) {
         ldi::photo_layers layers = noisy_around_a_band(16.0);
         for (std::int32_t i = 0; i < width * height; ++i)
@@ -161,7 +161,7 @@ TEST_CASE("noise on another surface adds no grain") {
     }
 }
 
-TEST_CASE("a negative, NaN or huge strength or limit is refused by name") {
+TEST_CASE("a negative, NaN or huge strength or limit is refused, and the error names the option") {
     ldi::photo_layers layers = noisy_around_a_band(1.0);
     for (const float wrong : {-1.0F, std::nanf(""), 1e9F}) {
         ldi::grain_options strength, limit;

@@ -192,7 +192,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("if a pixel is half foreground, cleaning halves the deviation of its foreground color from the nearby colors") {
+TEST_CASE("if a pixel is half foreground, cleaning halves the deviation of its foreground color from nearby colors") {
     // Beside the silhouette, the foreground is brighter by 40 in blue, which no mixture explains.
     ldi::image<float> disparity(30, 40);
     ldi::image<std::uint8_t> photo(30, 40, 3, std::uint8_t{100});
@@ -209,7 +209,7 @@ TEST_CASE("if a pixel is half foreground, cleaning halves the deviation of its f
     CHECK(cleaned[2] == Approx(120).margin(4));
 }
 
-TEST_CASE("margins scale with the size of photos above 1536 pixels") {
+TEST_CASE("for photos above 1536 pixels, margins grow with the photo's size") {
     ldi::image<float> map(24, 3072);
     for (std::size_t y = 0; y < 24; ++y)
         for (std::size_t x = 0; x < 3072; ++x) map(y, x, 0) = x < 1500 ? 0.2F : 0.8F;

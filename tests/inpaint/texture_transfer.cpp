@@ -125,7 +125,7 @@ TEST_CASE("texture is copied only between areas of similar blurred color, so tha
     CHECK(bark / (3 * 40 * (rows / 2 - 5)) > 3);
 }
 
-TEST_CASE("`crest` limits copied specks that are far stronger than the detail around the hole") {
+TEST_CASE("`crest` limits the contrast of copied specks that are far stronger than the detail around the hole") {
     std::mt19937 random(8);
     const photo_layers before = around_a_band(
         [&](std::int32_t x, std::int32_t y) {
@@ -175,7 +175,7 @@ TEST_CASE("more than 90 percent of adjacent cells copy texture from adjacent sou
     CHECK(coherent > 0.9 * pairs);
 }
 
-TEST_CASE("in two rounds, the search finds similar sources far from the nearest known pixels for two thirds of the cells") {
+TEST_CASE("after two rounds, two thirds of the cells have a similar source far from the nearest known pixels") {
     // Waves of color along columns. The inpainter continued them half a period off, so similar sources lie 16 rows away.
     const auto wave = [](std::int32_t x, std::int32_t y) {
         const int value = 128 + static_cast<int>(std::lround(60 * std::sin(3.14159265 / 16 * (in_hole(x) ? y + 16 : y))));
@@ -247,7 +247,7 @@ TEST_CASE("the integer blur matches a blur in double precision on random graphs"
     }
 }
 
-TEST_CASE("sources are compared by the colors up to eight pixels away from them, above, below, left and right") {
+TEST_CASE("sources are compared by the colors up to eight pixels above, below, to the left and to the right of them") {
     // A white line, a row or a column, across a black image.
     for (const bool is_row : {false, true}) {
         photo_layers layers(make_grid(60, 60));
@@ -324,7 +324,7 @@ TEST_CASE("unknown pixels without similar known colors receive grain, and so do 
     CHECK(all_differ);
 }
 
-TEST_CASE("the less the photo resembles a hole, the more grain replaces texture") {
+TEST_CASE("the less the known colors resemble those in a hole, the more grain replaces texture") {
     const auto filled = [](int difference, const texture_options& texture, const grain_options& grain) {
         std::mt19937 random(13);
         photo_layers layers = around_a_band(

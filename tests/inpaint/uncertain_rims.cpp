@@ -146,7 +146,7 @@ TEST_CASE("rims may be up to 32767 pixels wide, and the search for mixed colors 
     CHECK(ldi::testing::raised([&] { ldi::mark_uncertain_rims(layer, 32768); }) == ldi::error_code::invalid_option);
 }
 
-TEST_CASE("a rim is restored only if it contains less than an eighth of the foreground's color") {
+TEST_CASE("a rim is restored only if less than an eighth of its color comes from the foreground") {
     for (const auto& [percent, is_back] : {std::pair{0, true}, {5, true}, {11, true}, {14, false}, {20, false}, {60, false}}) {
         CAPTURE(percent);
         layer_with_rims layer = fuzzy_scene(0);
@@ -164,7 +164,7 @@ TEST_CASE("a rim is restored only if it contains less than an eighth of the fore
     }
 }
 
-TEST_CASE("the rim of a surface too narrow for a comparison of colors is restored, regardless of the painted color") {
+TEST_CASE("if a surface is too narrow to compare colors, its rim is restored regardless of the painted color") {
     // A wall, a post of four columns in front of it, and an object in front of both: the post is the nearer surface at its
     // nearest silhouette.
     ldi::image<float> disparity(20, 40);

@@ -121,7 +121,7 @@ TEST_CASE("errors name the operator, what was expected, and what was found") {
                    "expected 288 values for the shape, found 216"));
 }
 
-TEST_CASE("weights that are not square are refused, and so is an empty list of kernels beside them") {
+TEST_CASE("kernels that are not square are refused, and so is an empty list of kernel sizes") {
     const std::string square("shape\x30\x08\x30\x03\x30\x03\x30\x03", 13), oblong("shape\x30\x08\x30\x03\x30\x01\x30\x09", 13);
     CHECK(contains(error_with(square, oblong, true), "kernels: expected a square kernel with the size of the weights, found 3"));
     // Damages the network like the fuzzer's seed: readers skip field 7, so the list of kernels becomes empty.

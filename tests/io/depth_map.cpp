@@ -119,7 +119,7 @@ TEST_CASE("NPY axes of length 1 before and after height and width are dropped, a
     CHECK(raised([&] { decode_depth_map(npy_file(map, {.shape = "(2147483647, 2147483647)"})); }) == error_code::too_large);
 }
 
-TEST_CASE("files that are not readable depth maps are refused with the file's name and the reason") {
+TEST_CASE("the error for a file that is not a readable depth map states the file's name and the reason") {
     const auto refused = [](const byte_string& file, error_code code, const std::string& words) {
         CHECK(raised([&] { decode_depth_map(file); }) == code);
         CHECK_THAT(message_of([&] { decode_depth_map(file, {}, "map.bin"); }),
@@ -145,7 +145,7 @@ TEST_CASE("a truncated depth map is always refused") {
             REQUIRE(raised([&] { decode_depth_map(std::span(file).first(size)); }));
 }
 
-TEST_CASE("gray pictures are read as their values, even if they are saved as color") {
+TEST_CASE("gray pictures are read with their stored values, even if they are saved as color") {
     const image<std::uint8_t> gray = smooth_picture(12, 20, 1);
     image<std::uint8_t> color(12, 20, 3);
     for (std::size_t i = 0; i < color.size(); ++i) color.data()[i] = gray.data()[i / 3];
@@ -168,7 +168,7 @@ TEST_CASE("disparity is inverted if dark is near, and holes remain holes") {
     CHECK(decode_depth_map(npy_file(map), {.white_is_near = false})(0, 2, 0) == 10);
 }
 
-TEST_CASE("meters are converted to disparity in 1 / meter, and values that are not distances become holes") {
+TEST_CASE("distances in meters are converted to disparity in 1 / meter, and values that are not distances become holes") {
     image<float> map(1, 7);
     const float values[] = {2000, 500, 0, -3, nan_value, infinity, 1e-42F};
     std::copy(values, values + 7, map.data());
@@ -180,7 +180,7 @@ TEST_CASE("meters are converted to disparity in 1 / meter, and values that are n
                decode_depth_map(npy_file(map), {.kind = depth_map_kind::meters, .white_is_near = false, .scale = 0.001F})));
 }
 
-TEST_CASE("doubles beyond the range of float become holes") {
+TEST_CASE("values of type double beyond the range of float become holes") {
     byte_string file = npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 2), }", 1);
     append_scalar(file, 1e300, true);
     append_scalar(file, 3.0, true);

@@ -50,14 +50,14 @@ std::string repeated(const std::string& text, int count) {
 
 #if defined(LDI_WITH_PUGIXML)
 
-TEST_CASE("thousands of XMP properties with one long namespace need less than 20 bytes per byte of the file") {
+TEST_CASE("thousands of XMP properties with one long namespace need less than 20 bytes of memory per byte of the file") {
     const byte_string file =
         with_extended_xmp("<r xmlns:a=\"" + std::string(400'000, 'A') + "\">" + repeated("<a:b/>", 9990) + "</r>");
     CHECK(memory_per_byte(file) < 20);
     CHECK_FALSE(decode_photo_with_depth(file).depth);
 }
 
-TEST_CASE("XMP of many elements, attributes or levels needs bounded memory per byte, and is refused beyond the memory limit") {
+TEST_CASE("XMP with many elements, attributes or levels needs bounded memory per byte, and is refused above the limit") {
     std::string attributes = "<r";
     for (int i = 0; i < 100'000; ++i) attributes += " a" + std::to_string(i) + "=\"\"";
     for (const std::string& packet :
@@ -70,7 +70,7 @@ TEST_CASE("XMP of many elements, attributes or levels needs bounded memory per b
     }
 }
 
-TEST_CASE("only the first 16 XMP packets of a JPEG file are read, and each is charged its page of memory") {
+TEST_CASE("only the first 16 XMP packets of a JPEG file are read, and the budget is charged a page of memory for each") {
     const byte_string packet = bytes_of("<a b:c='1' xmlns:b='u'/>");
     detail::decoding_budget budget({}, {}, 0);
     detail::xmp_properties xmp;
@@ -101,7 +101,7 @@ TEST_CASE("a Multi-Picture Format directory that repeats its list of pictures is
     CHECK_FALSE(decode_photo_with_depth(file).depth);
 }
 
-TEST_CASE("decoding a depth map inside a photo needs less than 9 bytes per pixel, and filling its holes less than 4.5 more") {
+TEST_CASE("decoding a depth map inside a photo needs less than 9 bytes per pixel; filling its holes adds less than 4.5") {
     constexpr std::uint32_t width = 4000, height = 3000;
     byte_string rows(std::size_t{width} * height, std::byte{90});
     const byte_string depth = png_file(width, height, 8, 0, rows);
@@ -185,7 +185,7 @@ TEST_CASE("HEIC items with many properties, two configurations or too many coded
 
 #if defined(LDI_WITH_LIBHEIF)
 
-TEST_CASE("decoder and estimate refuse recursive, nested, oversized and empty HEIC items without large allocations") {
+TEST_CASE("decoding and estimating refuse recursive, nested, oversized and empty HEIC items without large allocations") {
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> made = heif_file_of(smooth_picture(64, 64, 3), {format, {}, {}, 0});
         if (!made) {
@@ -288,7 +288,7 @@ TEST_CASE("TIFF entries that share bytes count once per reference toward the mem
 
 #endif
 
-TEST_CASE("EXIF entries that refer to the same bytes need less than 20 bytes per byte of the file") {
+TEST_CASE("EXIF entries that refer to the same bytes need less than 20 bytes of memory per byte of the file") {
     byte_string exif = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
     append(exif, big_endian(50'000, 2));
     for (int i = 0; i < 50'000; ++i) {

@@ -160,7 +160,7 @@ TEST_CASE("an animated PNG file is decoded to its first frame") {
     CHECK(largest_difference(decode_photo(file).color, first) == 0);
 }
 
-TEST_CASE("files of unsupported formats are refused with the name of the file and of the format") {
+TEST_CASE("the error for a file of an unsupported format names the file and the format") {
     const auto refused = [](std::string_view begin, const std::string& name) {
         const byte_string file = bytes_of(begin);
         CHECK(raised([&] { decode_photo(file); }) == error_code::unsupported);

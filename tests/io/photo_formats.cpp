@@ -124,7 +124,7 @@ TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha 
 
 #if defined(LDI_WITH_LIBWEBP)
 
-TEST_CASE("WebP photos are decoded exactly, upright, over white, with their focal length") {
+TEST_CASE("WebP photos are decoded exactly: upright, composited on white, and with their focal length") {
     CHECK(largest_difference(decode_photo(webp_file(small_picture)).color, small_picture) == 0);
     const image<std::uint8_t> transparent = with_alpha(small_picture);
     CHECK(largest_difference(decode_photo(webp_file(transparent)).color, on_white(transparent)) <= 1);

@@ -184,7 +184,7 @@ TEST_CASE("the published network loads from its folder, and the error for a miss
     CHECK(load_tiefenrausch(folder).quantization_step() == Approx(1.0189).epsilon(1e-3));
 }
 
-TEST_CASE("an exported network loads with the architecture of its metadata") {
+TEST_CASE("an exported network loads with the architecture that its metadata states") {
     const farbrausch network = load_farbrausch(inpainting_weights);
     CHECK(network.architecture().channels == buffer<std::size_t>{6, 8, 10, 12, 14});
     CHECK(network.architecture().kernels == buffer<std::int32_t>{7, 5, 5, 3, 3});

@@ -81,7 +81,7 @@ TEST_CASE("conv_u8 packs weights from -63 to 63, and asserts this limit") {
     CHECK_THROWS_AS(packed_convolution({0, 64}), failed_assertion);
 }
 
-TEST_CASE("conv_f32 and conv_u8 assert at least one input") {
+TEST_CASE("conv_f32 and conv_u8 assert that there is at least one input") {
     const float bias = 0.0F;
     CHECK_THROWS_AS(ldi::pack_conv_f32(ldi::isa::scalar, {}, {&bias, 1}, 1, ldi::no_activation), failed_assertion);
     CHECK_THROWS_AS(packed_convolution({}), failed_assertion);

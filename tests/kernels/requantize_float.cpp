@@ -45,7 +45,7 @@ TEST_CASE("nearly all scales from 0.5 to 1 have a float form of requantization")
     CHECK(count_exact_forms(ldi::find_unfused_requantization, 1) >= 22);
 }
 
-TEST_CASE("checkpoints are the last accumulator before and the first after every step of the integer form") {
+TEST_CASE("checkpoints are the accumulators directly before and after each step of the integer form's output") {
     const ldi::requantization r = ldi::make_requantization(0.013F, 100);
     const ldi::buffer<std::int32_t> points = ldi::detail::requantization_checkpoints(r);
     std::size_t steps = 0;

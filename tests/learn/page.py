@@ -52,7 +52,7 @@ def run_lesson(name, folder):
 
 
 def psnr(shown, drawn):
-    """Returns the PSNR in dB of a page's picture, which may be enlarged by a whole number, beside the one that the lesson draws."""
+    """Returns the PSNR in dB between a page's picture, which may be upsampled by a whole number, and the one that the lesson draws."""
     with Image.open(shown) as a, Image.open(drawn) as b:
         a, b = a.convert("RGB"), b.convert("RGB").resize(a.size, Image.NEAREST)
         error = sum(ImageStat.Stat(ImageChops.difference(a, b)).sum2) / (3 * a.width * a.height)

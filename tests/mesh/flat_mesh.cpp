@@ -117,7 +117,7 @@ TEST_CASE("all triangles are counter-clockwise, and the triangles of a chart tog
     }
 }
 
-TEST_CASE("without an outline tolerance, a chart covers the center of each of its pixels exactly once and no other center") {
+TEST_CASE("without an outline tolerance, a chart covers exactly the centers of its own pixels, each of them once") {
     for (std::uint32_t seed = 0; seed < 1000; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 12);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(0.0F));

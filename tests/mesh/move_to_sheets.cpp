@@ -70,7 +70,7 @@ constexpr const char* names[] = {"t_junction", "rods", "random3"};
 
 }  // namespace
 
-TEST_CASE("moving a mesh to sheets keeps all positions and triangles, bit for bit, and makes one part per texture") {
+TEST_CASE("moving a mesh to sheets preserves all positions and triangles, bit for bit, and makes one part per texture") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 256);
         INFO(name);

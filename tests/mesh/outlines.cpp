@@ -130,7 +130,7 @@ TEST_CASE("pixels that share a corner share one vertex, with their average dispa
     }
 }
 
-TEST_CASE("two charts that share a piece traverse it once each, in opposite directions") {
+TEST_CASE("two charts that share a piece of outline each traverse it once, in opposite directions") {
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
         const charted_graph c = random_charts(seed, 9);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);

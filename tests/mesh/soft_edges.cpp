@@ -229,7 +229,7 @@ TEST_CASE("a soft-edge strip has its texture in the padding of the atlas, and up
     }
 }
 
-TEST_CASE("an infinite share gives every silhouette a soft-edge strip") {
+TEST_CASE("with an infinite maximum share, every silhouette has a soft-edge strip") {
     const scene s(7);
     ldi::mesh_options options = everywhere();
     const ldi::textured_mesh all = s.mesh(options);

@@ -36,7 +36,7 @@ ldi::stud_set studs_of(const ldi::graph_view& g, ldi::array_view<const float> di
 
 }  // namespace
 
-TEST_CASE("a plane needs no stud vertices if its texture may shift freely") {
+TEST_CASE("a plane has no stud vertices if its texture may shift without limit") {
     const ldi::graph g = ldi::make_grid(100, 80);
     ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
@@ -61,7 +61,7 @@ TEST_CASE("on a slanted plane, stud vertices are close enough that the texture s
         }
 }
 
-TEST_CASE("where disparity is wavy, studs are closer to each other, but not if the waves are as short as eight pixels") {
+TEST_CASE("studs are closer to each other where disparity is wavy, except if the waves are as short as eight pixels") {
     const auto stud_columns = [](float amplitude, float wavelength) {
         const ldi::graph g = ldi::make_grid(200, 80);
         ldi::buffer<float> disparity(g.size());

@@ -282,7 +282,7 @@ TEST_CASE("full-size PartialConv has the paper's 32.85 million weights and 37.97
     CHECK(multiplications == 37'972'344'832);
 }
 
-TEST_CASE("PartialConv matches PyTorch with few and with all weights, even if a level has one pixel or none") {
+TEST_CASE("PartialConv matches PyTorch with few and with all channels, even if a level has one pixel or none") {
     const std::filesystem::path weights = folder / "partial_convolution_weights.safetensors";
     const farbrausch few = load_farbrausch(weights);
     CHECK(few.architecture().missing == missing_colors::masked);
@@ -508,7 +508,7 @@ TEST_CASE("inpainting reports progress that never decreases, and stops on reques
     }
 }
 
-TEST_CASE("unsuitable weights and architectures are refused by name") {
+TEST_CASE("unsuitable weights and architectures are refused, and the error states the cause") {
     const named_tensors good = hashed_weights(small);
     const auto complaint = [](const named_tensors& weights, const inpainting_architecture& a) {
         return testing::message_of([&] { farbrausch(weights, a); });
@@ -538,7 +538,7 @@ TEST_CASE("unsuitable weights and architectures are refused by name") {
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, 4, -1e-30F}), Catch::Contains("leak") && Catch::Contains("found -1e-30"));
 }
 
-TEST_CASE("inpainting refuses masks and marks of another size") {
+TEST_CASE("inpainting refuses images, masks and flags of requested pixels that do not match in size or channels") {
     const farbrausch network(hashed_weights(small), small);
     const image<std::uint8_t> color(64, 64, 3), known(8, 64, 1, std::uint8_t{1}), narrow(64, 8), gray(64, 64), rgb(64, 64, 3);
     for (const auto* const mask : {&known, &narrow, &rgb})

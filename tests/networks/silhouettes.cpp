@@ -93,7 +93,7 @@ TEST_CASE("the silhouette network matches integer arithmetic bit for bit on ever
     }
 }
 
-TEST_CASE("the shipped silhouette network computes the logits of its training, up to rounding") {
+TEST_CASE("the shipped silhouette network computes the same logits as in training, up to rounding") {
     const silhouette_network network = load_silhouettes(root / "examples/models/silhouettes.safetensors");
     const named_tensors example = load_safetensors(root / "tests/networks/files/silhouettes_example.safetensors");
     const auto& input = std::get<buffer<std::uint8_t>>(example.tensors.at("input").values);

@@ -164,7 +164,7 @@ TEST_CASE("network_size() sets the long side to 384 and rounds the other down to
     CHECK(size(100000000, 3) == tensor_size{384, 32});
 }
 
-TEST_CASE("disparity is the exponential of log disparity, and grows by the same ratio from level to level") {
+TEST_CASE("disparity is the exponential of log disparity, and grows by the same factor from level to level") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     const image<std::uint8_t> photo = gradient(200, 300);
@@ -313,7 +313,7 @@ TEST_CASE("with_layout() leaves a map with its own layout unchanged, and moves i
     }
 }
 
-TEST_CASE("with_layout() nearly keeps the differences between neighboring samples") {
+TEST_CASE("with_layout() nearly preserves the differences between neighboring samples") {
     for (unsigned seed = 0; seed < 20; ++seed) {
         const image<float> map = random_map(64, 96, seed), other = random_map(32, 64, seed + 100);
         const image<float> both = ldi::detail::with_layout(map, other);

@@ -23,7 +23,7 @@ TEST_CASE("a tensor is found by name, type and shape, and the error for a mismat
                       Catch::Contains("expected uint8, a single value") && Catch::Contains("found int8, a single value"));
 }
 
-TEST_CASE("an unexpected tensor is refused by name") {
+TEST_CASE("an unexpected tensor is refused, and the error names it") {
     named_tensors weights;
     weights.tensors["a"] = {{}, buffer<float>{1.0F}};
     weights.tensors["b"] = {{}, buffer<float>{1.0F}};

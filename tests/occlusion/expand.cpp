@@ -213,7 +213,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("the growth at a curve's side depends on the disparities within eight pixels along the curve") {
+TEST_CASE("how far a surface grows at a curve's side depends on the disparities within eight pixels along the curve") {
     // The front comes nearer by 0.3 pixels of parallax per row.
     ldi::image<float> map(41, 100);
     for (std::size_t y = 0; y < 41; ++y)
@@ -432,7 +432,7 @@ TEST_CASE("in a custom column, a new pixel inherits the value of the surface tha
     CHECK(seen.size() == 900);
 }
 
-TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any angle") {
+TEST_CASE("surfaces do not grow past the constraint line at the end of a silhouette, at any angle") {
     constexpr std::size_t size = 120;
     for (float angle = 0.05F; angle < 6.28F; angle += 0.26F) {
         const float along_x = std::cos(angle), along_y = std::sin(angle);
@@ -472,7 +472,7 @@ TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any
     }
 }
 
-TEST_CASE("a surface also stops at the line at a curve's end if it grows farther elsewhere along the curve") {
+TEST_CASE("a surface stops at the constraint line at a curve's end even if it grows farther elsewhere along the curve") {
     // The surface grows by 16 pixels near the curve's end, and by 40 at distances above `distance` from it.
     for (const float distance : {0.0F, 8.0F, 16.0F, 24.0F, 32.0F, 40.0F}) {
         const auto past = grown_past_line(
@@ -484,7 +484,7 @@ TEST_CASE("a surface also stops at the line at a curve's end if it grows farther
 }
 
 TEST_CASE(
-    "the line at a curve's end stops a surface that starts up to two pixels beside the end, but not one four pixels beside it") {
+    "the constraint line at a curve's end stops a surface that starts up to two pixels beside the end, but not four pixels") {
     for (const auto& [beside, is_stopped] : {std::pair<std::size_t, bool>{0, true}, {1, true}, {2, true}, {4, false}}) {
         const auto past =
             grown_past_line([](std::size_t) { return 0.7F; },

@@ -94,7 +94,7 @@ TEST_CASE("layers that grow past the frame are valid, and their part inside the 
     }
 }
 
-TEST_CASE("every surface continues past the frame as far as the camera sees, at its disparity at the border") {
+TEST_CASE("every surface continues past the frame as far as the camera sees, with the disparity that it has at the border") {
     std::mt19937 random(32);
     for (int round = 0; round < 30; ++round) {
         const grown_photo g = grow(any_disparity(random, 2 + random() % 40, 2 + random() % 40), 0.2F, random);
@@ -205,7 +205,7 @@ TEST_CASE("a thin dark rim, as of a scanned slide, does not continue past the fr
     CHECK(grown_with(12) > 80 * 60 - 56 * 36);
 }
 
-TEST_CASE("growing past the frame is refused for a motion below 0 and for more pixels than an index can count") {
+TEST_CASE("growing past the frame is refused for a negative motion and for more pixels than an index can address") {
     photo_layers layers = testing::lifted_layers(image<float>(4, 5000, 1, 0.0F));
     photo_facts facts = testing::facts_of(layers.topology());
     facts.motion = 30.0F;

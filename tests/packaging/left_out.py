@@ -36,7 +36,7 @@ READERS = {"LIBHEIF": "libheif-dev", "LIBWEBP": "libwebp-dev", "LIBTIFF": "libti
 
 
 def configure(*options):
-    """Configures with these options. Drops the options of the previous configuration, but keeps its results of checks."""
+    """Configures with these options. Drops the options of the previous configuration, but reuses the results of its compiler checks."""
     command = ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}", "-U", "CMAKE_DISABLE_FIND_PACKAGE_*",
                "-U", "LDI_*", *options]
     result = subprocess.run(command, capture_output=True, text=True)

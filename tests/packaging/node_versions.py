@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that all npm packages of the project, at their locked versions, run on the node of Debian 12."""
+"""Checks that all npm packages of the project, at their locked versions, accept Debian 12's version of node."""
 
 import json
 import re

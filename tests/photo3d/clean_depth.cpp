@@ -36,7 +36,7 @@ TEST_CASE("a photo without pixels cannot be shrunk") {
     }
 }
 
-TEST_CASE("adjacent levels of a quantized depth estimator become at most the maximum step apart, as in normalize()") {
+TEST_CASE("after clean_depth(), adjacent levels of a quantized estimate differ by at most the maximum step") {
     const ldi::image<std::uint8_t> photo(20, 30, 3, std::uint8_t{90});
     for (const float step : {1.01F, 1.0187F, 1.1F, 1.5F}) {
         const quantized_estimator estimator{step};

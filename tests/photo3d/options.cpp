@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <random>
 
-TEST_CASE("a shrunk photo has the long side that was requested, and each side is the nearest integer, but at least 1") {
+TEST_CASE("a shrunk photo has the requested long side, and its short side is rounded to an integer of at least 1") {
     std::mt19937 random(1);
     for (int round = 0; round < 1000; ++round) {
         const std::size_t length = 1 + random() % 5000, longer = length + random() % 5000, long_side = 1 + random() % 500;
@@ -22,7 +22,7 @@ TEST_CASE("a shrunk photo has the long side that was requested, and each side is
     }
 }
 
-TEST_CASE("a depth sample is as many pixels wide as the photo is wider than the map, from 1 to the maximum sample size") {
+TEST_CASE("the size of a depth sample is the photo's width divided by the map's, at least 1 and at most the maximum size") {
     const auto size_of_sample = [](std::size_t map_width, std::size_t photo_width) {
         return ldi::sample_size(ldi::image<float>(1, map_width), ldi::image<std::uint8_t>(1, photo_width, 3), {});
     };
@@ -33,7 +33,7 @@ TEST_CASE("a depth sample is as many pixels wide as the photo is wider than the 
     CHECK(ldi::sample_size({}, ldi::image<std::uint8_t>(8, 8, 3), {}) == 1.0F);
 }
 
-TEST_CASE("lengths grow with the side of a depth sample, sizes grow with its area, and other options do not change") {
+TEST_CASE("options that are lengths grow with a depth sample's side, sizes grow with its area, and others do not change") {
     std::mt19937 random(2);
     for (int round = 0; round < 100; ++round) {
         const float sample = 1.0F + static_cast<float>(random() % 1500) / 100.0F;

@@ -54,7 +54,7 @@ double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift
 
 }  // namespace
 
-TEST_CASE("the result of clean_depth() becomes the same 3D photo as the photo and its depth, with or without kept depth maps") {
+TEST_CASE("the result of clean_depth() gives the same 3D photo as the photo and its depth, with or without kept depth maps") {
     const ldi::scenes::picture picture = ldi::scenes::render(ldi::scenes::scene_by_name("t_junction", 96, 72));
     const ldi::given_disparity depth{picture.disparity};
     const ldi::diffusion_inpainter inpainter;
@@ -151,7 +151,7 @@ TEST_CASE("texture and grain change only the colors of inpainted pixels") {
     }
 }
 
-TEST_CASE("if depth samples cover several pixels, fuzz of an object on the surface behind it is replaced by that surface") {
+TEST_CASE("if depth samples cover several pixels, specks of an object's color on the surface behind it are removed") {
     // A red object in front of a green wall, and red specks on the wall, up to 10 pixels from the object.
     std::mt19937 random(6);
     ldi::image<std::uint8_t> photo(160, 200, 3);

@@ -1,5 +1,5 @@
-"""Tests photo3d --batch: it writes the same bytes as single runs, prints one line per photo, also for failures, keeps its memory limit, and
-resumes after a kill.
+"""Tests photo3d --batch: it writes the same bytes as single runs, prints one line per photo, also for failures, stays within its memory
+limit, and resumes after a kill.
 
     batch.py PHOTO3D SOURCE_DIR [KILLS]
 
@@ -341,7 +341,7 @@ def reader_goes_away():
 
 
 def memory():
-    # One photo at a time fits; sanitizers need additional memory.
+    # The limit suffices for one photo at a time. Sanitizers need additional memory.
     program = open(PROGRAM, "rb").read()
     is_sanitized = b"AddressSanitizer" in program or b"ThreadSanitizer" in program
     bound = 700 if is_sanitized else 170

@@ -146,7 +146,7 @@ TEST_CASE("a compressed GLB file contains the same triangles, within the request
     }
 }
 
-TEST_CASE("positions of a scene too deep for an integer grid are stored as floats of reduced precision") {
+TEST_CASE("if a scene is too deep for an integer grid, positions are stored as floats of reduced precision") {
     const textured_mesh mesh = make_slope(0.3F, 900);
     const byte_string file = examples::compress_glb(plain_glb(mesh));
     const viewed_glb seen(file);
@@ -155,7 +155,7 @@ TEST_CASE("positions of a scene too deep for an integer grid are stored as float
     CHECK(seen.json["accessors"][0]["componentType"] == 5126);
 }
 
-TEST_CASE("texture coordinates between texels are kept") {
+TEST_CASE("texture coordinates between texels are preserved") {
     textured_mesh mesh = make_slope(1, 3);
     std::mt19937 random(1);
     for (float& t : mesh.texture_coordinates) t = std::uniform_real_distribution<float>(0, 1)(random);
@@ -240,7 +240,7 @@ TEST_CASE("the WebP texture replaces the JPEG texture or accompanies it") {
     CHECK(psnr(back, atlas) > 38);
 }
 
-TEST_CASE("with several textures, each stays with its part and has its own coordinate grid") {
+TEST_CASE("with several textures, each texture stays with its part, which has its own coordinate grid") {
     const textured_mesh slope = make_slope(1, 3);
     textured_mesh mesh = slope;
     mesh.parts = {{}, {mesh.vertex_count(), mesh.triangle_count()}};

@@ -1,5 +1,5 @@
-"""Tests the command line of photo3d: its arguments and messages. Also tests that the program loses no file and leaves no temporary file,
-however it ends.
+"""Tests the command line of photo3d: its arguments and messages. Also tests that the program loses no file, however it ends, and
+leaves no temporary file, unless SIGKILL ends it.
 
     manners.py PHOTO3D SOURCE_DIR [KILLS]
 

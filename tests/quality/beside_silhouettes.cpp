@@ -33,7 +33,7 @@ TEST_CASE("an island is a narrow surface between a nearer and a farther one") {
     CHECK(islands_of(6, 0.1F, false) == 0);
 }
 
-TEST_CASE("a color beside a silhouette counts as fitting neither surface only if it is no mixture of both") {
+TEST_CASE("a color beside a silhouette counts as matching neither surface only if it is not a mixture of both") {
     ldi::image<float> map(40, 80);
     ldi::image<std::uint8_t> photo(40, 80, 3);
     for (std::size_t y = 0; y < 40; ++y)
@@ -56,7 +56,7 @@ TEST_CASE("a color beside a silhouette counts as fitting neither surface only if
     CHECK(neither == 1);
 }
 
-TEST_CASE("details are enlarged four times, and pictures fill a grid row by row") {
+TEST_CASE("details are magnified by a factor of four, and pictures fill a grid row by row") {
     ldi_quality::picture seen(100, 100, 3);
     seen(50, 60, 1) = 255;
     const ldi_quality::picture large = ldi_quality::enlarged(seen, 60, 50);

@@ -156,7 +156,7 @@ TEST_CASE(
     CHECK(std::isnan(distance_of_silhouettes(middles_of(truth, 4), unseen, 288, 80).missed));
 }
 
-TEST_CASE("share_closed() is the share of discontinuities that are on no curve") {
+TEST_CASE("share_closed() is the fraction of discontinuities that lie on no curve") {
     ldi::image<float> disparity = disparity_of(60, 80, {20, 10, 50, 30});  // 100 sides
     disparity(50, 70) = 1;                                                 // 4 sides
     const picture photo(60, 80, 3);

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Compares files, options, defaults, sizes and numbers on the pages with the project, and figures that several pages state with each other.
+"""Compares files, options, defaults, sizes and numbers on the pages with the project. Compares a number that several pages state between
+these pages.
 
     figures.py PHOTO3D      the built program; without it, options and sizes of its output are not compared
 """
@@ -210,7 +211,7 @@ def ratio(name, size, kind):
 
 
 def added(name, kind):
-    """Time that an irregular pixel adds, in pixels of an image."""
+    """Returns the time that an irregular pixel adds, as a multiple of the time per pixel of an image."""
     more = irregular[f"{name} 3x3 16->16, {kind}"] - irregular[f"image 3x3 16->16, {kind}"]
     return (ratio(name, "16->16", kind) - 1) / more
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Tests the files of packaging/release.sh like users without a compiler: unpacks each file in a clean folder, with an empty environment. The
-# GLB must equal that of the ordinary program. Makes the files first. Takes ten minutes or more; not part of tests/run.sh.
+# Tests the files of packaging/release.sh as users without a compiler would use them: unpacks each file in a clean folder, with an empty
+# environment. The GLB must equal that of the ordinary program. Makes the files first. Takes ten minutes or more; not part of tests/run.sh.
 # Ends with "N passed, N failed".
 #
 #   tests/release/run.sh [--made] [PART...]     --made: tests the files in out/release; PART: see packaging/release.sh

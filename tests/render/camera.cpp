@@ -21,7 +21,7 @@ TEST_CASE("a moved view shifts points at the given disparity by the given number
     }
 }
 
-TEST_CASE("direction_to_photo() and to_camera() of a rotated view are inverse to each other") {
+TEST_CASE("to_camera() inverts direction_to_photo() for a rotated view") {
     std::mt19937 engine(4);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 200; ++trial) {

@@ -62,7 +62,7 @@ TEST_CASE("on every path, the point in focus stays in the middle of the picture"
         }
 }
 
-TEST_CASE("the largest parallax between the nearest and the farthest surface on a path equals the requested motion") {
+TEST_CASE("on a path, the largest parallax between the nearest and the farthest surface equals the requested motion") {
     path_options options;
     options.motion = 0.05F;
     float largest = 0;
@@ -126,7 +126,7 @@ TEST_CASE("look_at() returns an upright camera that sees the point in the middle
     }
 }
 
-TEST_CASE("views on a path that are cropped to the size from frame_within() do not see past the photo's border") {
+TEST_CASE("if cropped to the size that frame_within() returns, no view on a path sees past the photo's border") {
     std::vector<view> views;
     for (float time = 0; time < 1; time += 0.05F) views.push_back(view_on_path(camera_path::circle, camera, range, time));
     const float size = frame_within(views, camera, range);

@@ -50,7 +50,7 @@ int red(const image<std::uint8_t>& picture, std::size_t x) { return picture(heig
 
 }  // namespace
 
-TEST_CASE("a gap between near surfaces and a far one gets the far one's color") {
+TEST_CASE("a gap between a near and a far surface gets the color of the far surface") {
     textured_mesh mesh;
     add_columns(mesh, 0, 15, 1, true), add_columns(mesh, 20.5F, 40, 3, false);
     add_rectangle(mesh, 15, 20.5F, 0, 3, 1, true), add_rectangle(mesh, 15, 20.5F, 17, 20, 1, true);

@@ -100,7 +100,7 @@ TEST_CASE("every sample of a triangulated square belongs to exactly one triangle
     }
 }
 
-TEST_CASE("spans contain exactly the samples that are inside by their edge functions") {
+TEST_CASE("spans contain exactly the samples that lie inside the triangle according to its edge functions") {
     generator random(5);
     for (int trial = 0; trial < 2000; ++trial) {
         detail::screen_triangle t;
@@ -329,7 +329,7 @@ TEST_CASE("soft edges are blended over farther surfaces in their order, and affe
     CHECK_THROWS_AS(rasterize(mesh, texture, v), ldi::error);
 }
 
-TEST_CASE("supersampling computes a pixel's covered share and mixes its colors") {
+TEST_CASE("supersampling computes a pixel's coverage and averages its colors") {
     const view v = view_of(8, 8);
     textured_mesh mesh;
     add_rectangle(mesh, v.camera, 2.5F, 0, 8, 8, 1);

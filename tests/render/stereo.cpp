@@ -48,7 +48,7 @@ TEST_CASE("the anaglyph of two equal gray pictures is that picture, and each eye
     }
 }
 
-TEST_CASE("for two eyes, the parallax between the ends of the depth range is the requested share of the picture's width") {
+TEST_CASE("for two eyes, the parallax between the ends of the depth range is the requested fraction of the picture's width") {
     const pinhole_camera camera{600, 400, 500};
     const depth_range range{1, 8};
     view middle;
@@ -66,7 +66,7 @@ TEST_CASE("for two eyes, the parallax between the ends of the depth range is the
     CHECK(beside(turned, 2).position[2] == Approx(-2));
 }
 
-TEST_CASE("from beside any view, surfaces at the window's distance keep their position in the picture") {
+TEST_CASE("if the camera moves sideways from any view, points at the window's distance keep their column in the picture") {
     std::mt19937 engine(5);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 200; ++trial) {

@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 wrong=0
 
-# counts FACT EXPECTED SUITE: compares the last line that is printed after the suite, a line of bash, ran.
+# counts FACT EXPECTED SUITE: runs SUITE, a line of bash, and compares the last line of the output with EXPECTED.
 counts() {
     local said
     said=$(bash -euo pipefail -c 'source scripts/tally.sh; count_script bash -c "$1"; print_tally' counts "$3" 2>&1 | tail -n 1) || true

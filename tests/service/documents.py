@@ -62,7 +62,7 @@ def reasons(dead, broken):
 
 
 def numbers_agree(results, dead, *metrics):
-    """The workers' counters equal the number of results, Prometheus' parser reads them, and every stage has its seconds."""
+    """The workers' counters equal the numbers of results, Prometheus' parser reads them, and the time of every stage is reported."""
     total, stages = {}, set()
     for path in metrics:
         for family in text_string_to_metric_families(open(path).read()):

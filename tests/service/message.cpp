@@ -74,7 +74,7 @@ TEST_CASE("parse_document() accepts only objects of bounded length and depth") {
         CHECK_FALSE(parse_document(bad));
 }
 
-TEST_CASE("the document of a refused message has a bounded length and contains the error") {
+TEST_CASE("the document about a refused message contains the error and has a bounded length") {
     const std::string body(10'000'000, '\xFF');
     const nlohmann::ordered_json document = document_of_refused(body, {exit_never, "invalid data", "why"});
     CHECK(to_line(document).size() < max_document_bytes);

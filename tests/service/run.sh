@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Tests two workers, a broker and an S3 server on one machine. Each of them fails once: every photo must be converted exactly once, and
-# broken photos must become dead letters with a reason. Also tests storage in a folder, messages that kill workers, metrics, and Slurm.
-# Ends with "N passed, N failed".
+# Tests two workers, a broker and an S3 server on one machine. A worker and the broker are killed, and the server becomes unreachable.
+# Nevertheless, every photo must be converted exactly once, and broken photos must become dead letters with a reason. Also tests storage
+# in a folder, messages that kill workers, metrics, and Slurm. Ends with "N passed, N failed".
 #
 #   PHOTOS=60 tests/service/run.sh     number of photos, 500 by default; 4 % of them are broken
 #
-# PROGRAMS is the folder of built photo3d, photo3d_worker and photo3d_queue; unset: builds them.
+# PROGRAMS is the folder with photo3d, photo3d_worker and photo3d_queue. If it is unset, the script builds them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh

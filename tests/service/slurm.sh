@@ -2,8 +2,8 @@
 # Tests examples/service/photos.sbatch on a cluster of one node, which it starts in a temporary folder: munge, slurmctld and slurmd as the
 # current user, on unused ports. Ends with "N passed, N failed".
 #
-# To run in a container, the cluster has no accounting and no cgroups (proctrack/linuxproc, task/none), so Slurm does not limit cores and
-# memory. It counts cores (select/cons_tres), so that tasks wait for each other as on a real cluster.
+# The cluster has no accounting and no cgroups (proctrack/linuxproc, task/none), so that it also runs in a container. Slurm therefore does
+# not limit the use of cores and memory. It counts cores (select/cons_tres), so that tasks wait for each other as on a real cluster.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/tally.sh

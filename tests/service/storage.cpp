@@ -34,7 +34,7 @@ std::vector<std::string> names_in(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("a folder returns the bytes last stored under a key") {
+TEST_CASE("a folder returns the bytes that were last stored under a key") {
     const scratch_folder folder;
     folder_storage storage(folder / ".");
     for (const std::size_t size : {0U, 1U, 70'000U}) {
@@ -71,7 +71,7 @@ TEST_CASE("symbolic links inside a folder are not followed") {
     CHECK(storage.get("a", 10).size() == 4);
 }
 
-TEST_CASE("a reader gets all old bytes or all new bytes, even of an object with hard links") {
+TEST_CASE("a reader receives either all old or all new bytes of an object, even if the object has hard links") {
     constexpr std::size_t size = 4'000'000;
     const scratch_folder folder;
     folder_storage storage(folder / ".");
@@ -97,7 +97,7 @@ TEST_CASE("a reader gets all old bytes or all new bytes, even of an object with 
     CHECK(reads > 0);
 }
 
-TEST_CASE("concurrent writers of one object leave the bytes of one of them, and no other file") {
+TEST_CASE("if several writers replace an object at the same time, the bytes of one of them and no other file remain") {
     const scratch_folder folder;
     std::vector<std::thread> writers;
     for (int i = 1; i <= 4; ++i)
@@ -111,7 +111,7 @@ TEST_CASE("concurrent writers of one object leave the bytes of one of them, and 
     CHECK(names_in(folder / "album") == std::vector<std::string>{"a"});
 }
 
-TEST_CASE("nothing outside a folder is written while somebody else replaces its subfolders by links") {
+TEST_CASE("nothing outside a folder is written, even while another thread replaces its subfolders with links") {
     const scratch_folder folder;
     for (const char* name : {"in/album", "out"}) std::filesystem::create_directories(folder / name);
     std::filesystem::create_symlink("../out", folder / "in/link");
@@ -144,7 +144,7 @@ TEST_CASE("unfinished files of killed processes are removed, and those of other 
     CHECK(names_in(folder / ".") == std::vector<std::string>{".ldi-2.put", ".ldi-3.tmp", "a"});
 }
 
-TEST_CASE("a storage searches each folder once for unfinished files, because folders have millions of files") {
+TEST_CASE("a storage searches each folder only once for unfinished files, because folders may have millions of files") {
     const scratch_folder folder;
     std::filesystem::create_directories(folder / "album");
     folder_storage storage(folder / ".");

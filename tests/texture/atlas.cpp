@@ -189,7 +189,7 @@ TEST_CASE("an image without pixels has an empty atlas") {
     CHECK(atlas.placements.empty());
 }
 
-TEST_CASE("a photo that does not fit and a padding outside its range are refused") {
+TEST_CASE("an atlas whose maximum size cannot hold all charts, and a padding outside its range, are refused") {
     const photo_layers layers(make_grid(100, 100));
     const chart_set charts = make_charts(layers, {});
     atlas_options options;

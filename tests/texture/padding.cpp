@@ -117,7 +117,7 @@ TEST_CASE("diffusion continues a linear ramp without a step") {
     CHECK(largest <= 1);
 }
 
-TEST_CASE("more rounds of diffusion change the padding little") {
+TEST_CASE("additional rounds of diffusion hardly change the padding") {
     std::mt19937 random(5);
     const photo_layers layers = random_scene(random, 90, 110);
     const chart_set set = make_charts(layers, {});

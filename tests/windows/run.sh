@@ -25,7 +25,7 @@ link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=("$@")
 if [ "${#tests[@]}" = 0 ]; then
-    # Excludes tests of the programs, and tests that need other libraries or POSIX. The conversion runs the whole networks.
+    # Excludes tests of the programs, and tests that need other libraries or POSIX. The conversion below covers the whole networks.
     mapfile -t tests < <(grep -LE 'setenv|<(nlohmann|Eigen|xtensor|zlib|tiny_gltf|unistd|sys/)|ldi/(io|adapt)/|npy\.hpp|LDI_SHARED_DIR|peak_memory|caffe2_files|photo_scene' \
         tests/{base,core,kernels,nn/dense,nn/ldi,depth,occlusion,inpaint,charts,texture,mesh,render,formats}/*.cpp | sed -E 's|^tests/(.*)\.cpp$|\1|')
 fi
@@ -35,7 +35,8 @@ export WINEPREFIX="$PWD/$build/wine" WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,ms
 wine64=$(command -v wine64 || echo /usr/lib/wine/wine64)
 launcher=$(command -v ccache || true)
 
-# Windows aligns the stack to 16 bytes, and GCC does not align 32-byte variables on it (GCC bug 54412): hence unaligned moves.
+# Windows aligns the stack only to 16 bytes, and GCC does not align 32-byte variables on it (GCC bug 54412). The assembler therefore
+# replaces aligned moves with unaligned ones.
 mingw() {
     $launcher x86_64-w64-mingw32-g++-posix -std=c++20 -O1 -Wa,-muse-unaligned-vector-move -Wall -Wextra -Werror -Iinclude -I. -Itests \
         -isystem "$build/headers" "$@"
@@ -74,7 +75,7 @@ compile_conversion() {
 sets_under_wine() {
     "$wine64" "$build/convert.exe" sets - - 2>/dev/null | tr -d '\r'
 }
-# Compares the result on Linux, with the default instruction set, with the result under Wine with the given set.
+# Compares the result under Wine, with the given instruction set, to the result on Linux with the default set.
 compare_conversion() {
     local depth=$1 isa=$2
     [ -s "$build/linux_$depth.glb" ] || "$build/convert" archway "$depth" "$build/linux_$depth.glb"

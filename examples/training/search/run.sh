@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Searches for a depth network: measures the latency table, trains members briefly, fits the predictor, searches, trains the networks found
-# as briefly, and checks the paper's own network against its published results. Installs missing packages. Skips steps with
-# missing data and prints the reason.
+# Searches for a depth network: measures the latency table, trains members briefly, fits the predictor, searches, trains the resulting
+# networks just as briefly, and checks the paper's own network against its published results. Installs missing packages. Skips steps whose
+# data is missing and prints the reason.
 #
 #   search/run.sh [--quick] [OPTION_OF_members.py...]     --quick: a smoke test, results in build/search_quick
 #

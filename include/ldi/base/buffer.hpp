@@ -27,7 +27,7 @@ inline constexpr unset_t unset{};
 
 namespace detail {
 
-/// An iterator that supports differences. Replaces std::random_access_iterator, whose header is not needed otherwise.
+/// An iterator that supports differences. Replaces std::random_access_iterator, because nothing else here requires <iterator>.
 template <class T>
 concept element_iterator = requires(T i) {
     *i;
@@ -46,8 +46,8 @@ concept element_iterator = requires(T i) {
 ///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
-/// value's copy constructor throws while the buffer grows or is assigned to. A buffer that grows copies values whose move
-/// constructor may throw. The iterators of append() and insert() must not throw.
+/// value's copy constructor throws while the buffer grows or is assigned to. If a type's move constructor may throw, a growing
+/// buffer copies the values instead of moving them. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:

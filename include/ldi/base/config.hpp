@@ -9,9 +9,10 @@
 //                         not define it.
 //
 // Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
-// would otherwise merge. Types of one configuration therefore differ from those of another, and an ldi::error that crosses
-// the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
-// thread. Settings that change the layout of the standard library's types, such as _GLIBCXX_DEBUG, must be the same everywhere.
+// would otherwise merge. Types of one configuration therefore differ from those of another, so an ldi::error thrown in one
+// configuration can be caught in another only as std::runtime_error. Each configuration has its own error handler and its own
+// current memory per thread. Settings that change the layout of the standard library's types, such as _GLIBCXX_DEBUG, must be the
+// same everywhere.
 #pragma once
 
 #include <ldi/version.hpp>

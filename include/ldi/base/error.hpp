@@ -67,8 +67,8 @@ inline std::string to_string(const error_details& details) {
     return text;
 }
 
-/// The only exception type that ldi throws on bad input. Copies of a std::runtime_error share its text, so that copies of an
-/// error need no memory.
+/// The only exception type that ldi throws on bad input. It stores its strings as std::runtime_error objects, whose copies share
+/// one text, so that copying an error allocates no memory.
 class error : public std::runtime_error {
 public:
     explicit error(const error_details& details)
@@ -103,7 +103,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }
 
 /// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
-/// string views, because constructing strings in the many callers would dominate compile time.
+/// string views, because constructing a std::string at each of the many call sites would dominate compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS

@@ -38,8 +38,8 @@ struct serial_executor {
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
 /// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
-/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
-/// pieces that have not started, and rethrows the first exception after all calls have ended.
+/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws,
+/// parallel_for() skips the pieces that have not started, waits for the others, and rethrows the first exception.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -81,8 +81,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: asserts that a function that the
-/// pool runs does not call run() of the same pool, which would deadlock.
+/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: a function that runs on the pool
+/// must not call run() of the same pool, which would deadlock; an assertion checks this.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all

@@ -1,5 +1,5 @@
-// Allocators. A `memory_scope` selects the allocator that ldi uses, so that an engine's memory budget covers every stage. The
-// buffers of base/buffer.hpp allocate from it.
+// Custom allocators. A `memory_scope` selects the allocator for all buffers (base/buffer.hpp) that ldi creates, so that an engine
+// can charge every stage to its own memory budget.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An allocator. It must outlive everything allocated from it. Its functions are called on any thread that works for a stage.
+/// An allocator. It must outlive everything allocated from it. The threads of a stage may call its functions at the same time.
 struct memory {
     void* context = nullptr;
     /// Returns at least `bytes` bytes, aligned to `alignment`, a power of two; null if memory is exhausted.
@@ -45,11 +45,12 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// Returns the memory from which buffers on this thread are allocated: the memory of the current `memory_scope`, otherwise the C
-/// library's.
+/// Returns the allocator that new buffers on this thread use: that of the innermost `memory_scope`, or the C library's if there
+/// is no scope.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
-/// Makes the calling thread allocate from `from` until the end of the scope. Stages apply it to the threads of their executor.
+/// Makes new buffers on the calling thread allocate from `from` until the scope ends. Stages called in the scope also use `from`
+/// on the threads of their executor.
 ///
 ///     ldi::memory_scope scope(my_engine_memory);
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);

@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A shape and row-major values. Half-precision numbers of a file become float.
+/// A shape and row-major values. Half-precision numbers in a file are converted to float.
 struct tensor {
     buffer<std::size_t> shape;  ///< empty for a single value
     std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;

@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
+/// Converts an integer to the nearest float: exact up to 2^24, far beyond the width and height of any practical image.
 template <std::integral Integer>
 constexpr float nearest_float(Integer n) {
     return static_cast<float>(n);
@@ -43,8 +43,8 @@ inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }
 
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
-/// round up, so that 0.49999997 becomes 1.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Just below a half, the sum `mean + 0.5F` may
+/// itself round up: 0.49999997 becomes 1.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
 /// Returns the bits of an IEEE 754 float, and the float with given bits. std::bit_cast is missing in Emscripten 3.1.6.

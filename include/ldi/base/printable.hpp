@@ -1,4 +1,4 @@
-// Formats numbers, image sizes, and names that were read from files, for messages.
+// Text for error messages: formats numbers and image sizes, and sanitizes names read from files.
 #pragma once
 
 #include <ldi/base/config.hpp>

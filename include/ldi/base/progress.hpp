@@ -7,7 +7,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
+/// The caller's callbacks for progress and cancellation. Each may be null. Both are called on the thread that called the stage.
 struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1

@@ -1,4 +1,5 @@
-// A stable sort whose scratch memory is a buffer; std::stable_sort allocates from the heap.
+// A stable sort that allocates its scratch memory from the caller's allocator (base/memory.hpp). std::stable_sort would use the
+// global heap.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -1,4 +1,4 @@
-// Recognizes characters of text in UTF-8 (RFC 3629).
+// Measures and validates UTF-8 characters (RFC 3629).
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -8,8 +8,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the length in bytes of the first character of a text, 1 to 4, or 0 if the text does not begin with a UTF-8 character
-/// in its shortest form, for example because it is empty. Surrogates are not characters.
+/// Returns the number of bytes in the first character of a text, 1 to 4. Returns 0 if the text is empty or does not begin with
+/// valid UTF-8. Overlong encodings and surrogates are invalid.
 inline std::size_t utf8_length(std::string_view text) {
     if (text.empty()) return 0;
     const auto byte = [&](std::size_t i) {

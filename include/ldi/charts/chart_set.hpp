@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// (atlas_options::max_side). Also bounds the polygons of charts (mesh/polygon.hpp).
 inline constexpr std::int32_t max_chart_box = 8192;
 
-/// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
+/// A chart: a set of pixels connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
@@ -38,7 +38,7 @@ struct chart_placement {
 
 namespace detail {
 
-/// Whether a chart's pixels are ascending, belong to chart `c`, and lie in the chart's bounding box.
+/// Whether a chart's pixel indices are ascending, and all its pixels are assigned to chart `c` and lie in its bounding box.
 inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int32_t> chart_of, const graph_view& g) {
     const auto last_of = [](std::int32_t first, std::int32_t length, std::int32_t lattice) {
         return static_cast<std::int32_t>(std::clamp(std::int64_t{first} + length, std::int64_t{0}, std::int64_t{lattice}) - 1);

@@ -11,9 +11,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The camera of the photo. Its functions do not check the focal length; 0, the default, leads to infinite points. Pixel (x, y)
-/// covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the right, y up, the camera at the
-/// origin looking along -z.
+/// The camera of the photo. Its functions do not check the focal length: with 0, the default, unproject() returns infinite or NaN
+/// coordinates. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x to the
+/// right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
     float focal_length = 0;  ///< focal length in pixels, above 0; the optical axis passes through the middle of the photo
@@ -54,8 +54,8 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 
 /// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
 /// cause equal motion on screen. The unit is meters if the depth is metric (normalize_options::is_metric). Otherwise it is
-/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). Its functions do not check the
-/// distances: those outside the ranges below lead to depths that are infinite or NaN.
+/// arbitrary: by default, the nearest surface is at distance 1 (normalize_options::assumed_range). The functions do not check the
+/// two distances: values outside the ranges below give meaningless depths, such as negative or infinite ones.
 struct depth_range {
     float z_near = 1.0F;  ///< depth at disparity 1, above 0
     float z_far = 10.0F;  ///< depth at disparity 0, z_near or more

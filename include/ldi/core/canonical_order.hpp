@@ -80,7 +80,7 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
     return detail::order_of_sound(g, disparity);
 }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     check_topology(g, "canonical_order");
     return detail::order_of_sound(g, disparity);

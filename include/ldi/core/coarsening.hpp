@@ -1,5 +1,5 @@
-// Halves the resolution of a graph, as stride 2 does for an image, and returns the map that nearest upsampling uses (paper,
-// section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+// Halves the resolution of a graph, as a convolution of stride 2 halves an image, and returns the map from fine to coarse pixels
+// that nearest-neighbor upsampling uses (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -28,8 +28,8 @@ struct coarsened {
     level_map map;   ///< relates the pixels of both graphs
 };
 
-/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel along links inside its 2 x 2 group, because it lies
-/// on a thin strip or behind a silhouette.
+/// Treatment of orphans. The coarse graph keeps the pixels at even x and even y. An orphan is a pixel that cannot reach a kept
+/// pixel along links inside its 2 x 2 group, because it lies on a thin strip or behind a silhouette.
 enum class orphan_rule : std::uint8_t {
     /// an orphan adopts the parent of the nearest pixel with a parent. Distance is counted in links; breadth-first exploration in
     /// the order up, down, left, right breaks ties
@@ -101,7 +101,7 @@ inline void link_kept_pixels(const graph_view& g, const level_columns& result, g
     }
 }
 
-/// Finds the parents of a run's pixels that are not kept. Tries the first path of corner_of_group() before it calls that
+/// Finds parents for those pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls that
 /// function, because all links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
@@ -121,7 +121,7 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Assigns to every pixel without a parent the parent of the nearest pixel with a parent. Distance is counted in links;
+/// Assigns a parent to every pixel without one: the parent of the nearest pixel that has a parent. Distance is counted in links;
 /// breadth-first exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is
 /// reachable.
 ///
@@ -183,7 +183,7 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 /// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without
 /// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     check_topology(g, "coarsen");
     return detail::coarsen_sound(g, orphans);
@@ -251,7 +251,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
     coarsened level = coarsen(fine.topology(), orphans);
     return {detail::coarser_columns(fine, std::move(level.topology), level.map), std::move(level.map)};
 }
-/// The same for a view. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a layered image. Raises mismatch if its graph violates an invariant of `graph`, even in release builds.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_view<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(fine.topology(), orphans);

@@ -25,7 +25,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
-///         // One channel of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
+///         // Value of one channel at a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
 ///         // Values of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
@@ -226,7 +226,7 @@ std::size_t scalar_count(std::size_t pixels) {
 
 }  // namespace detail
 
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, meaningless until the pixel is inpainted.
+/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, the color is meaningless until it is inpainted.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
@@ -235,8 +235,7 @@ struct color_column {
 
 /// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
 /// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
-/// color_column. Unlike there, a hidden pixel keeps the color of the pixel whose surface it continues, because nothing inpaints
-/// 16 bits.
+/// color_column. Because nothing inpaints 16-bit colors, a hidden pixel keeps the color of the pixel whose surface it continues.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
@@ -259,7 +258,7 @@ struct known_column {
     }
 };
 
-/// Share of the nearer surface in the photo's color near a silhouette, 0 to 255. 0 elsewhere.
+/// Alpha matte near silhouettes: the fraction of the photo's color that the nearer surface contributes, as 0 to 255. 0 elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;

@@ -65,10 +65,10 @@ inline components components_of_sound(const graph_view& g) {
 
 }  // namespace detail
 
-/// Finds the connected components of a graph of K pixels in at most K log K time. Pixels may be in any order. Canonical order is
+/// Finds the connected components of a graph of K pixels in O(K log K) time. Pixels may be in any order. Canonical order is
 /// fastest: linked pixels of a scanline are contiguous, so that whole runs are merged instead of single pixels.
 inline components connected_components(const graph& g) { return detail::components_of_sound(g); }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline components connected_components(const graph_view& g) {
     check_topology(g, "connected_components");
     return detail::components_of_sound(g);

@@ -91,7 +91,7 @@ public:
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
+    /// One level of the multigrid. Cell 0 has value 0 and stands in for every missing neighbor.
     struct level {
         buffer<value_type> value;
         /// Per cell: sum over its known neighbors, undefined if there are none. prepare() sets the last entry to 1 / (number of

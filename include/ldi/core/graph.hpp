@@ -1,6 +1,6 @@
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
-// one of its rows. A graph does not change; core/graph_builder.hpp makes new ones.
+// one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

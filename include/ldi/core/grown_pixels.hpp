@@ -12,7 +12,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
 struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of their first entry in `origins`
+    std::int32_t first;  ///< old pixels: first pixel's index before grow(); new pixels: first pixel's index in `origins`
     std::int32_t count;
     bool is_new;
 };

@@ -1,5 +1,5 @@
-// Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that memory of an engine, OpenCV or NumPy is
-// used without a copy. They return an `image`, which owns its values.
+// Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that callers can pass the memory of an engine,
+// OpenCV or NumPy without a copy. Stages return an `image`, which owns its values.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -36,7 +36,7 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
 }
 
 /// Converts a stride from bytes to values. Raises mismatch if the stride is not a whole number of values or if rows would
-/// overlap; with a stride of 0 bytes, they do.
+/// overlap, as they would with a stride of 0 bytes.
 inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
     if (bytes % value_size != 0 || bytes / value_size < row_values)
         raise(error_code::mismatch, "image_view",

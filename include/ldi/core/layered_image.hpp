@@ -45,26 +45,27 @@ namespace detail {
 }
 }  // namespace detail
 
-/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
+/// Adds and removes links, but does not change the pixels. edit_links() passes a link_editor to its callback, which must not use
+/// it after it returns.
 class link_editor {
 public:
     link_editor(const link_editor&) = delete;
     link_editor& operator=(const link_editor&) = delete;
 
-    /// Returns the neighbor of a pixel, or no_pixel. Raises mismatch for a pixel or a side that does not exist, in release
-    /// builds, too.
+    /// Returns the neighbor of a pixel, or no_pixel. Raises mismatch for a pixel or a side that does not exist, even in release
+    /// builds.
     std::int32_t neighbor(std::int32_t pixel, side s) const {
         check(pixel, s);
         return graph_.neighbor(pixel, s);
     }
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
-    /// graph_builder::can_link() is true, in release builds, too.
+    /// graph_builder::can_link() is true, even in release builds.
     void link(std::int32_t a, side s, std::int32_t b) {
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
     }
-    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, in release builds,
-    /// too.
+    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel or a side that does not exist, even in release
+    /// builds.
     void unlink(std::int32_t a, side s) {
         check(a, s);
         graph_.unlink(a, s);
@@ -173,7 +174,7 @@ public:
 
     /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
     /// pixels again, even if `edit` throws. Views of the image's topology show the changes. Raises mismatch if `edit` assigned
-    /// pixels to the image; they are lost.
+    /// pixels to the image itself; the assigned pixels are lost.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -199,7 +200,7 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K values, one per pixel; raises mismatch for any other number
+    /// kept  K values, one per pixel; raises mismatch for any other number of values
     void keep(std::span<const std::uint8_t> kept) {
         if (kept.size() != size())
             raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));

@@ -1,5 +1,5 @@
 // Level maps relate the pixels of a graph to the pixels of the graph at half resolution. Coarsening makes them; plans, pooling
-// and nearest upsampling read them (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+// and nearest-neighbor upsampling read them (paper, section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -20,7 +20,7 @@ coarsened coarsen_sound(const graph_view& g, orphan_rule orphans);
 }
 
 /// Relates the pixels of a graph (fine pixels) to the pixels of the coarser graph that coarsen() makes from it (coarse pixels).
-/// Only coarsen() makes level maps that contain pixels, and no function edits them, so their indices are always valid.
+/// Only coarsen() makes nonempty level maps, and no function edits them, so their indices are always valid.
 class level_map {
 public:
     level_map() = default;

@@ -1,4 +1,5 @@
-// A set of lattice pixels that a sparse computation visits, stored as runs row by row. Pixels are numbered in this order.
+// A set of lattice pixels that a sparse computation visits, stored row by row as runs. Pixels are numbered from top to bottom and
+// from left to right.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

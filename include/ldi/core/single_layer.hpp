@@ -1,4 +1,4 @@
-// One layer in the order of the photo. lift() makes it; expand() turns it into a layered image.
+// A single layer with the photo's pixels in row-major order. lift() makes it; expand() turns it into a layered image.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -22,8 +22,8 @@ namespace detail {
 struct expansion_access;
 }
 
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change; pixels may not.
-/// expand() turns it into a layered image.
+/// A single layer with the photo's pixels in row-major order: pixel (x, y) has index y * width + x. Links and values can change,
+/// but pixels cannot be added, removed or moved. expand() turns it into a layered image.
 template <payload_column... Columns>
 class single_layer {
 public:
@@ -78,7 +78,7 @@ public:
 
     /// Returns the layer with one more column.
     ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
+    /// scalars  K x channels, row-major. Raises mismatch for any other length; in that case, the layer keeps its values
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // normals stay with their pixels up to the mesh

@@ -158,7 +158,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const traced_curve& t, c
     return result;
 }
 
-// A pixel between the old and the new curve, and the index in `traced_curve::sides` of a pixel side of the old curve near it.
+// A pixel between the old and the new curve, and a nearby pixel side of the old curve, as an index in `traced_curve::sides`.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {

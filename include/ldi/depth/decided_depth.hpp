@@ -1,5 +1,5 @@
 // Input and output of a silhouette_decider (photo3d/suppliers.hpp), and `aligned_silhouettes`, a decider without a network.
-// network_decider.hpp has the decider with a network.
+// network_decider.hpp defines the decider that uses a network.
 #pragma once
 
 #include <ldi/base/executor.hpp>

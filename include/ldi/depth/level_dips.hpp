@@ -56,7 +56,7 @@ image<float> combined(image_view<const float> map, std::size_t radius, Pick pick
     return result;
 }
 
-/// Repeats the samples at the border `margin` times, so that a slope toward the border is not taken for a dip.
+/// Repeats the samples at the border `margin` times, so that a slope toward the border is not mistaken for a dip.
 inline image<float> padded(image_view<const float> map, std::size_t margin) {
     const std::size_t rows = map.height(), columns = map.width();
     image<float> result(rows + 2 * margin, columns + 2 * margin, 1, unset);

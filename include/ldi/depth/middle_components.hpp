@@ -101,7 +101,7 @@ inline small_components find_small_components(const image_components& components
     buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (label >= size.count()) size.push_back(0), run_count.push_back(0);  // labels are in the order of first runs
+        if (label >= size.count()) size.push_back(0), run_count.push_back(0);  // components are numbered by their first runs
         size[label] += components.runs[r].size(), ++run_count[label];
     }
     small_components result;
@@ -131,8 +131,8 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Merges a component with a neighboring surface. If the component does not lie at a middle value, returns false and leaves it
-    // unchanged.
+    // Merges a component with its nearer or its farther surroundings, whichever it touches along more pixel sides. Returns false
+    // and changes nothing if it has no nearer or no farther neighbor.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -204,11 +204,12 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of those with
-/// which it shares more pixel sides, or of the farther ones in case of a tie. These disparities spread inward from the shared
-/// pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground object, not a
-/// middle value, and does not change. Linear time, except for binary searches among the runs of a row, for the pixels of small
-/// components. Up to 60 bytes per pixel. Raises mismatch for another number of channels, too_large for 2^31 pixels or more.
+/// A component of fewer than `min_size` pixels may touch both nearer and farther pixels. It then gets the disparities of the
+/// group with which it shares more pixel sides, or of the farther pixels in case of a tie. These disparities spread inward from
+/// the shared pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground
+/// object, not a middle value, and does not change. Time is linear, except that each pixel of a small component requires binary
+/// searches among the runs of a row. Memory is up to 60 bytes per pixel. Raises mismatch for another number of channels,
+/// too_large for 2^31 pixels or more.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     detail::check_map(disparity, "merge_middle_components");

@@ -1,5 +1,5 @@
 // Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel then
-// gets the depth of pixels of that surface that are not blurred by the step.
+// gets the depth of nearby pixels of that surface that the step does not blur.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -34,9 +34,10 @@ public:
         : network_(network), by_hand_{alignment} {}
 
     /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
-    /// lie on one of the two surfaces, not between them. If samples are as small as pixels, aligned_silhouettes decides instead,
-    /// because such depth locates silhouettes better than the network does. Time and memory are linear in the number of pixels,
-    /// whatever their disparities. Raises mismatch if the images do not have the shapes that undecided_depth documents.
+    /// lie on one of the two surfaces, not between them. If depth samples are no larger than pixels, aligned_silhouettes decides
+    /// instead, because such depth locates silhouettes better than the network does. Time and memory are linear in the number of
+    /// pixels, regardless of their disparities. Raises mismatch if the images do not have the shapes that undecided_depth
+    /// documents.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -67,8 +68,8 @@ public:
 private:
     /// Minimum difference between front and back. Smaller steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum number of pixels of an island, divided by the side length of a depth sample in pixels. An island is a group of
-    /// connected pixels on one side of a step, inside the band. Smaller islands change to the other side.
+    /// Minimum size of an island, in pixels, per pixel of a depth sample's side length. An island is a group of connected pixels
+    /// on one side of a step, inside the band. Smaller islands change to the other side.
     static constexpr double min_island_samples = 120;
     /// Weight of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.
@@ -84,7 +85,7 @@ private:
     }
 
     struct share_table {
-        /// limits[n] is the logit of the share (n + 0.5) / 254, the limit between shares n / 254 and (n + 1) / 254.
+        /// limits[n] is the logit of the share (n + 0.5) / 254, the boundary between shares n / 254 and (n + 1) / 254.
         float limits[254];
 
         share_table() {

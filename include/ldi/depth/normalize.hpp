@@ -16,14 +16,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of normalize().
 struct normalize_options {
-    /// Share of the pixels that is clamped at either end of the value range, from 0 to less than one half, so that a few outliers
-    /// do not compress all other values. Tuned by experiment.
+    /// Share of pixels to clamp at each end of the value range, from 0 to less than one half, so that a few outliers do not
+    /// compress all other values. Tuned by experiment.
     float clipped_share = 0.001F;
     /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
     /// bits encode the logarithm of disparity; 0 for a source with fine levels.
     float relative_step = 0.0F;
     /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a scene
-    /// as flat as a wall, one step is a large part of the range; disparity then does not reach 0.
+    /// as flat as a wall, one step would be a large part of the range; normalize() then extends the range, and disparity does not
+    /// reach 0.
     float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
     /// up to scale and shift, and `assumed_range` replaces the unknown distances.
@@ -98,7 +99,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
-    // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
+    // In double precision, so that differences of two floats do not overflow and every value except 0 has a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
         raise(error_code::invalid_data, "disparity", "values above 0", "no value above 0 outside the clipped_share");

@@ -84,7 +84,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
     return mean;
 }
 
-// Assigns to each pixel its nearest sample.
+// Sets each pixel to the value of its nearest sample.
 inline image<float> nearest_samples(image_view<const float> disparity, image_view<const std::uint8_t> photo) {
     image<float> result(photo.height(), photo.width(), 1, unset);
     for (std::size_t y = 0; y < photo.height(); ++y) {
@@ -161,7 +161,8 @@ private:
     float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
     float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
 
-    // Collects the window around a sample. Samples of equal disparity keep their order, because sums of floats depend on it.
+    // Collects the window around a sample. Samples of equal disparity keep their order, because sums of floats depend on the
+    // order.
     void gather(std::size_t u, std::size_t v, window& around) const {
         std::array<window::sample, samples> found;
         std::array<float, samples> disparity;
@@ -175,7 +176,7 @@ private:
                 found[count] = {disparity[count], nearest_float(x), nearest_float(y),
                                 colors_(y, x, 0), colors_(y, x, 1), colors_(y, x, 2)};
             }
-        for (std::size_t s = 0; s < count; ++s) {  // without branches, so that the compiler can vectorize it
+        for (std::size_t s = 0; s < count; ++s) {  // without branches, so that the compiler can vectorize the loop
             std::int32_t before = 0;
             for (std::size_t t = s + 1; t < count; ++t) {
                 const std::int32_t is_first = disparity[s] <= disparity[t] ? 1 : 0;
@@ -269,7 +270,7 @@ private:
 ///
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
-/// surface    rule by which neighboring samples belong to one surface
+/// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.

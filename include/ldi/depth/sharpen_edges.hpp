@@ -1,4 +1,4 @@
-// Sharpens blurred depth edges to steps at the resolution of the depth map. Depth networks and phones spread a step over many
+// Sharpens blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
 // samples, so that neighbors differ too little to count as a discontinuity.
 //
 // Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
@@ -133,7 +133,7 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// Sharpens depth edges. Returns h x w x 1.
 ///
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
-/// surface    rule by which neighboring samples belong to one surface
+/// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Raises mismatch for another number of channels, invalid_option if the radius is below 0 or above 64. Time is proportional to
 /// the number of samples times the radius. Memory is 40 bytes per sample.

@@ -20,7 +20,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The network was trained with the defaults.
 struct step_band_options {
-    float max_step = 0.02F;  ///< neighbors that differ by more than this are on a step
+    float max_step = 0.02F;  ///< neighbors that differ by more than this are separated by a step
     float min_step = 0.06F;  ///< minimum difference between the front and back of a curve pixel
 };
 

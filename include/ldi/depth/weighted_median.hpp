@@ -159,8 +159,7 @@ struct sorted_columns {
     // Filters the four pixels whose windows start at columns x to x + 3.
     //
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
-    // either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain medians are
-    // exact.
+    // either side differ by less than 24/26, and for every other sample the sums differ by more. The plain median is then exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));

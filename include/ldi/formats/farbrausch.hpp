@@ -35,7 +35,7 @@ farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string
 
 namespace detail {
 
-/// Returns how the network treats missing colors. The metadata state the network's name.
+/// Returns how the network treats missing colors. The network's name in the metadata determines this.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");

@@ -61,8 +61,8 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
 /// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // The header consists of "Pf", width, height and scale. White space follows each of them. A single white space character
-    // follows the scale.
+    // The header consists of "Pf", width, height and scale, separated by white space. Exactly one white space character follows
+    // the scale.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -77,7 +77,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
-    // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which readers ignore.
+    // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which this reader ignores.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");

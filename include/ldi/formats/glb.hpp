@@ -59,18 +59,18 @@ struct glb_options {
     bool double_sided = true;
 };
 
-/// Encodes a mesh and its textures as a GLB file with one node and one mesh. The mesh has one primitive per texture, and one
-/// more for soft edges, which viewers blend over the other primitives (COLOR_0 with alpha). Positions are float32. Texture
-/// coordinates are normalized 16-bit numbers. Indices have 16 bits in primitives with fewer than 65,536 vertices, otherwise 32
-/// bits. The file keeps unused vertices, but omits parts without triangles and textures that only such parts use.
+/// Encodes a mesh and its textures as a GLB file with one mesh. The mesh has one primitive per texture, and one more for soft
+/// edges, which viewers blend over the other primitives (COLOR_0 with alpha). Positions are float32. Texture coordinates are
+/// normalized 16-bit numbers. Indices have 16 bits in primitives with fewer than 65,536 vertices, otherwise 32 bits. The file
+/// keeps unused vertices, but omits parts without triangles and textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
 /// index out of range, or if a texture is not a complete JPEG or PNG file; unsupported for a JPEG or PNG variant that
-/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a
-/// source that violates glb_options, and for an attribute that violates vertex_attribute; too_large beyond 4 GB.
+/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a source that violates glb_options, and for
+/// an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -81,8 +81,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 }
 
 /// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png() and also
-/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from your own encoder are
-/// about a quarter as large.
+/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from an encoder of your choice are
+/// about a quarter of the size.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -220,7 +220,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // Unlit materials show the texture unchanged. Viewers that do not support them show a surface that is not metallic.
+    // Unlit materials show the texture unchanged. Viewers without support for unlit materials show a non-metallic surface.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",

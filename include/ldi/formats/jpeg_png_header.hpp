@@ -99,7 +99,7 @@ private:
             if (!are_huffman_tables(body)) broken("a bad Huffman table");
         } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
             header_.exif = body.subspan(6);
-        } else if ((marker == 0xE1 || marker == 0xE2) && body.size() > 12) {  // shorter ones contain only the name of their kind
+        } else if ((marker == 0xE1 || marker == 0xE2) && body.size() > 12) {  // shorter segments contain only an identifier
             header_.extensions.push_back(body);
         } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
             adobe_ = true;
@@ -146,7 +146,7 @@ struct png_layout {
     bool is_interlaced = false;
 };
 
-/// Reads the body of the chunk IHDR. Calls broken(found) for values that PNG does not allow.
+/// Reads the body of the IHDR chunk. Calls broken(found) for values that PNG does not allow.
 template <class Broken>
 png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
     header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);

@@ -1,6 +1,6 @@
-// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
-// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/weight_files.hpp
-// loads them from disk.
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: an eight-byte header length, a JSON header with
+// the type, shape and byte range of every tensor, then the little-endian values. Files are untrusted. io/weight_files.hpp loads
+// them from disk.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,8 +29,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
 /// where  name of the file in messages
 ///
-/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). Messages
-/// about a tensor name it.
+/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). A message
+/// about a tensor states the tensor's name.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
@@ -54,7 +54,7 @@ inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
 inline constexpr std::size_t max_dimensions = 8;
 inline constexpr int max_nesting = 3;  ///< three levels: the header, a tensor, and its shape
 
-/// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+/// Converts IEEE half precision: a sign bit, 5 exponent bits and 10 fraction bits.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
     if (exponent == 31) return float_of(sign | 0x7F800000 | (fraction << 13));
@@ -191,8 +191,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Checks that the tensors fill the data without gap or overlap. They then need at most twice the memory of the file, because
-    // half-precision numbers become float.
+    // Checks that the tensors fill the data without gap or overlap. The decoded tensors then need at most twice the size of the
+    // file, because half-precision numbers become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;

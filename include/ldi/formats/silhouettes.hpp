@@ -22,9 +22,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// where   name of the file in messages
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
-/// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises
-/// mismatch if the metadata describe a different kind of network, and unsupported if the architecture or the constants of the
-/// band (depth/step_band.hpp) differ.
+/// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises mismatch if the metadata
+/// describe a different kind of network, and unsupported if the metadata state a different architecture or different constants
+/// of the band (depth/step_band.hpp).
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);

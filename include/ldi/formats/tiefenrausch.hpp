@@ -1,5 +1,5 @@
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote. The
-// network is small, was trained on the results of other networks, and uses the same arithmetic as the published Tiefenrausch.
+// network is small, was trained on the outputs of other networks, and uses the same arithmetic as the published Tiefenrausch.
 // io/weight_files.hpp loads it from disk.
 #pragma once
 
@@ -32,8 +32,8 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
-/// and "layout_long_side" are optional values of depth_network_sizes.
+/// Decodes a depth network. The metadata entry "output" states the kind of result: "disparity" or "log disparity". The optional
+/// entries "details_long_side" and "layout_long_side" set the members of depth_network_sizes.
 ///
 /// bytes   the whole file
 /// where   name of the file in messages

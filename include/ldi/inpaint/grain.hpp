@@ -2,10 +2,10 @@
 // or film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and almost none in smooth
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
-// The strength of detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known
-// pixels near unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of
-// the strength diffuses over the links of the layered image to the unknown pixels. The root reduces the influence of a few edges
-// among smooth pixels. The noise depends only on a pixel's position, so results are deterministic.
+// Detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
+// unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of the detail
+// diffuses along the links of the layered image to the unknown pixels. The root reduces the influence of a few edges among smooth
+// pixels. The noise depends only on a pixel's position, so results are deterministic.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

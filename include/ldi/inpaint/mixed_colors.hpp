@@ -42,8 +42,8 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown. Pixels stay known if no known pixel farther from the
-// edge could refill them: a thin rod keeps its colors.
+// Marks the pixels that are within `margin` steps of `edge` along links as unknown. Pixels stay known if no known pixel farther
+// from the edge could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
@@ -148,8 +148,8 @@ private:
         }
     }
 
-    /// Makes pixels of `lost` known again if no path of links connects them to a known pixel: they cannot be refilled, and keep
-    /// their unmixed color.
+    /// Makes pixels of `lost` known again if no path of links connects them to a known pixel. They cannot be refilled, so they
+    /// keep their unmixed color.
     void keep_without_source(buffer<std::int32_t>& lost) {
         buffer<std::uint8_t> refillable(lost.empty() ? 0 : layers_.size(), 0);
         buffer<std::int32_t> queue;

@@ -32,9 +32,9 @@ struct texture_options {
     /// Strength relative to the texture of the photo, 0 to 100; 0 leaves only grain.
     float strength = 1.0F;
     /// Limit of a pixel's texture, as a multiple of the photo's detail around it, 0 to 1000. Texture approaches the limit
-    /// gradually. With a large limit, edges are copied, too.
+    /// gradually. With a large limit, edges are copied as well.
     float crest = 4.0F;
-    /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps over links, 1 to 200.
+    /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps along links, 1 to 200.
     int reach = 32;
     /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
     /// value and twice this value, texture fades to grain.

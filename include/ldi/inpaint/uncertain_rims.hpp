@@ -25,7 +25,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
-    std::int32_t position;              ///< of the pixel on the photo's lattice, row-major
+    std::int32_t position;              ///< index of the pixel on the photo's lattice, row-major
     std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
     std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
@@ -77,8 +77,8 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // unmix_colors() may have marked pixels at the silhouette as unknown. mark_margin() would not pass them, so all pixels count
-    // as known while it runs.
+    // unmix_colors() may have marked pixels at the silhouette as unknown. mark_margin() would not walk past them, so all pixels
+    // count as known while it runs.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);

@@ -37,7 +37,7 @@ struct depth_map_options {
     depth_map_kind kind = depth_map_kind::disparity;
     /// whether larger values are nearer; false for depth maps from Google's Lens Blur, for example; ignored for meters
     bool white_is_near = true;
-    bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
+    bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files from sensors and stereo benchmarks)
     float scale = 1;            ///< positive factor that multiplies every stored value; 0.001 for distances in millimeters
     picture_limits limits = {.max_pixels = 64'000'000};
     picture_formats formats = {};  ///< formats that may be read
@@ -67,7 +67,7 @@ image<float> fill_invalid(image<float> depth_map, const std::string& where = "de
 
 /// Shrinks a depth map: averages the known pixels of square blocks. Uses the smallest blocks that reduce the map to at most
 /// max_pixels pixels. The stages of the 3D photo conversion copy the map, and the program photo3d works with at most 4096 pixels
-/// per side. A larger map would only cost memory.
+/// per side, so a larger map would only cost memory.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: the aspect ratios differ by at most 2 %. The sizes may differ. Raises
@@ -117,8 +117,8 @@ inline image<float> decode_gray(std::span<const std::byte> bytes, const picture_
                              : decode_gray_as<std::uint8_t>(bytes, header, where);
 }
 
-/// Reads a header and charges the peak memory of the map, which is the larger of two amounts: the decoder's memory including the
-/// result as floats, or the memory of two floats per pixel while the map is rotated or its holes are filled.
+/// Reads a header and charges the peak memory of the map, which is the larger of two amounts: the decoder's memory, including the
+/// result as floats, or two floats per pixel, which rotating the map or filling its holes requires.
 inline picture_header take_depth_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     picture_header header;
     if (is_pfm(bytes))

@@ -150,7 +150,8 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     if (exists && !std::fstream(target, std::ios::binary | std::ios::in | std::ios::out))
         raise(error_code::file_access, path.string(), expected, "a protected file");
     const std::filesystem::path temporary = detail::temporary_name(folder);
-    // The permissions of an existing file may be narrower than the default, so nobody else may open the temporary file earlier.
+    // The permissions of an existing file may be narrower than the default. Nobody else may open the temporary file before it
+    // gets these permissions.
     int error_number = detail::create_file(temporary, exists);
     if (error_number == 0) error_number = write_bytes(temporary, bytes);
     if (error_number == 0) error_number = synchronize(temporary);

@@ -126,7 +126,7 @@ inline double correlation_of(const image<float>& a, const image<float>& b) {
 }
 
 /// Calls `read` for the depth of a photo, and checks that the depth fits the photo and has a valid pixel. After an error other
-/// than out_of_memory, stores the text of the error in result.refused, and no depth.
+/// than out_of_memory, stores the error's text in result.refused and leaves result.depth empty.
 template <class Read>
 void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
     try {
@@ -259,7 +259,7 @@ inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> by
     const picture_header header = detail::take_photo_header(bytes, budget, where);
     if (detail::is_png(bytes))
         budget.charge((std::min)(detail::memory_of_halves(header.height, header.width), detail::nearest_double(budget.left())),
-                    where, "a photo beside its depth map");
+                      where, "a photo beside its depth map");
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);
     try {
         detail::take_depth_inside(bytes, budget, where);

@@ -1,4 +1,4 @@
-// Writes pictures: JPEG for textures, PNG for data that must remain exact.
+// Writes pictures: JPEG for textures, PNG for data that must be stored without loss.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,7 +29,7 @@ inline namespace LDI_READERS {
 
 /// Encodes an H x W x 1 or H x W x 3 picture as JPEG. Each side must have 1 to 65,500 pixels, and the samples must occupy less
 /// than 2 GB. At quality 90 and below, chroma is subsampled (4:2:0). Uses libjpeg, or stb_image_write if ldi::io was configured
-/// without libjpeg; the file sizes of the two encoders differ by half a percent.
+/// without libjpeg; the files of the two encoders differ in size by half a percent.
 ///
 /// quality  1 to 100
 ///

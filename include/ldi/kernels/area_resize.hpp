@@ -48,8 +48,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some sums on machines that have it. clang's -ffp-contract=fast and
-// -ffast-math of any compiler override this pragma: do not compile with them.
+// A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile with clang's
+// -ffp-contract=fast or with any compiler's -ffast-math: these flags override this pragma.
 #if defined(__clang__) && LDI_HAS_EXTENSIONS
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -117,7 +117,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
-/// Resizes an image by averaging over areas. In an enlarged image, each source pixel becomes a rectangle of constant color, with
+/// Resizes an image by averaging over areas. In an upsampled image, each source pixel becomes a rectangle of constant color, with
 /// mixed colors at its borders. Raises invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,

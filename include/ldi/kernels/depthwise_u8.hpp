@@ -1,5 +1,5 @@
 // Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result per call. The input can be
-// enlarged by repeating pixels, and the enlarged image is never stored. Each instruction set has a file in depthwise_u8/; all
+// upsampled by repeating pixels, and the upsampled image is never stored. Each instruction set has a file in depthwise_u8/; all
 // of them return the same bits.
 #pragma once
 

@@ -38,8 +38,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 ///
 /// target             requested instruction set; must be available (is_available()), else raises invalid_option. If its kernel is
 ///                    not exact for this layer, the function packs for a slower set; the result's `target` names the set that was
-///                    used. VNNI and NEON kernels are not exact if the weights do not fit in signed bytes, even negated. x86
-///                    kernels are not exact if the requantization has no float form
+///                    used. VNNI and NEON kernels require that all `weight - zero point`, or all their negatives, fit in signed
+///                    bytes. x86 kernels also require a float form of the requantization (find_float_requantization())
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7

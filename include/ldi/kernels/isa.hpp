@@ -1,7 +1,6 @@
-// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. A program selects a set at run time when
-// it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a
-// set by its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a
-// set.
+// Instruction sets that kernels/ has code for; each is a row of `instruction_sets`. A program selects a set at run time when it
+// packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a set by
+// its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a set.
 #pragma once
 
 #include <ldi/base/error.hpp>

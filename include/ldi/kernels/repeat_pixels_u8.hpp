@@ -1,4 +1,4 @@
-// Nearest-neighbor enlargement of one row of 8-bit activations.
+// Nearest-neighbor upsampling of one row of 8-bit activations.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -1,5 +1,5 @@
-// Exact integer requantization to 8 bits, of an int32 accumulator (a sum of products) or of the sum of two 8-bit tensors. The
-// arithmetic is that of QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit.
+// Exact integer requantization to 8 bits. It converts an int32 accumulator (a sum of products) or the sum of two 8-bit tensors.
+// The arithmetic is that of QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit.
 // Every instruction set must return the values of these functions.
 #pragma once
 

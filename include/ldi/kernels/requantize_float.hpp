@@ -105,8 +105,8 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero. With a shift of 0, there is
-/// only one rounding.
+/// The integer form rounds twice. Its first rounding moves the thresholds toward zero by this distance. With a shift of 0, there
+/// is only one rounding.
 inline double threshold_shift(const requantization& r) { return r.shift == 0 ? 0.0 : std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail

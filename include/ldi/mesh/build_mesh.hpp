@@ -28,10 +28,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Builds the mesh of a layered image in the space of the photo's camera.
 ///
 /// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
-///         depth is at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte column. Where a
-///         hidden surface ends at a nearer one of similar depth, a strip extends it behind the nearer surface, by no more
-///         pixels than the atlas's padding has texels. With the default tolerances or smaller ones, and the default padding or
-///         more, no camera within facts.motion then sees a gap
+///         depth is clamped to at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte
+///         column. Where a hidden surface ends at a nearer one of similar depth, a strip extends the hidden surface behind the
+///         nearer one, by at most as many pixels as the atlas's padding has texels. If the tolerances are no larger and the
+///         padding no smaller than their defaults, no camera within facts.motion then sees a gap
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts

@@ -145,7 +145,7 @@ private:
         void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
     };
 
-    /// Requests a split of the edge that starts at vertex v, at the farthest of the corners that it skips. Does nothing for edges
+    /// Requests a split of the edge that starts at vertex v, at the skipped corner farthest from the edge. Does nothing for edges
     /// of studs, and for edges that skip no corner.
     void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;

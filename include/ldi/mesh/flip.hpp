@@ -20,7 +20,7 @@ namespace detail {
 
 constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
-/// Replaces the edge of half-edge h, between triangles a b c and b a d, by the edge c d.
+/// Replaces the edge of half-edge h, between triangles a b c and b a d, with the edge c d.
 inline void flip(triangulation& t, std::int32_t h) {
     const std::int32_t m = t.mates[h];
     const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);

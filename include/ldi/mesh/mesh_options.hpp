@@ -12,8 +12,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct soft_edge_options {
     float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
     float max_width = 3.0F;  ///< maximum width, used where the matte extends far
-    /// Approximate maximum file size of the strip, as a share of the file size of mesh and texture. If this is not enough for all
-    /// silhouette edges, only the edges with the largest steps in disparity have a strip. Infinity means no limit.
+    /// Approximate maximum file size of the strip, as a fraction of the combined file size of mesh and texture. If this is not
+    /// enough for all silhouette edges, only the edges with the largest steps in disparity have a strip. Infinity means no limit.
     float max_share = 0.08F;
 };
 

@@ -42,7 +42,8 @@ public:
     }
 
 private:
-    /// Returns a texture coordinate for an offset from the start of a room. Hems may be wider than the padding of the room.
+    /// Returns a texture coordinate for an offset from the start of a room. Clamps the offset, because hems may be wider than the
+    /// padding of the room.
     static float on_sheet(double texels, std::int32_t room, std::int32_t room_length, std::int32_t length) {
         return static_cast<float>((room + std::clamp(texels, 0.0, nearest_double(room_length))) / length);
     }

@@ -20,7 +20,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Left chart of a piece along a silhouette or along the photo's border.
+/// Value of boundary_piece::left_chart along a silhouette or along the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
 /// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
@@ -174,8 +174,8 @@ private:
 
     /// Finds the loops of all charts, in arbitrary order. The steps of each loop are consecutive.
     void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
-        // Half 2 * p is piece p in forward direction, and half 2 * p + 1 is the same piece in backward direction. The first
-        // side of a half identifies it.
+        // Each piece has two halves: half 2 * p is piece p traversed forward, and half 2 * p + 1 is the same piece traversed
+        // backward. The first side of a half identifies it.
         buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::int32_t p = 0; p < ends_.count(); ++p) {

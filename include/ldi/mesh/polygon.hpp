@@ -19,7 +19,7 @@ struct lattice_point {
 /// the end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
 /// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
-/// An outline may touch itself from outside, in vertices and along whole edges. Such a vertex is listed once for each part of
+/// An outline may touch itself from outside, at vertices and along whole edges. Such a vertex is listed once for each part of
 /// the interior that meets there, in the order of a walk along the inside of the outline.
 struct polygon {
     buffer<lattice_point> points;

@@ -28,7 +28,8 @@ struct simplify_options {
     /// Maximum difference in disparity between a corner and the simplified boundary, at least 0, so that a boundary bends where
     /// its surface bends.
     float disparity_tolerance = 0.01F;
-    /// Maximum shift of the texture along an edge when it is drawn, in pixels, above 0 (depth_range::texture_shift).
+    /// Maximum shift of the texture, in pixels, above 0, that perspective-correct rendering may cause along an edge. Edges with a
+    /// larger shift are split (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
@@ -52,7 +53,7 @@ struct boundary_split {
 };
 
 /// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end,
-/// including both. split() refines single edges if a simplified outline would cross itself.
+/// including both. split() refines individual edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
@@ -70,14 +71,14 @@ public:
     /// Returns the corner farthest from an edge among those that the edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they skip.
+    /// Splits several edges at once, at corners that they skip.
     ///
     /// splits  sorted, without duplicates, at corners within left_out() of their edges
     ///
     /// Raises mismatch for any other splits; the boundary then remains unchanged.
     void split(std::span<const boundary_split> splits);
 
-    /// Whether the last split created an edge.
+    /// Whether the latest call of split() created this edge. Before the first call, all edges are fresh.
     bool is_fresh(boundary_edge edge) const {
         const stretch& r = stretches_[edge.piece];
         return r.split == splits_ && fresh_[r.first + edge.index] != 0;

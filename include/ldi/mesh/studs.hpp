@@ -2,9 +2,9 @@
 //
 // As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
 // edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
-// with even spacing the error is several times as large for the same number of triangles. Second, extra vertices between
-// the studs mark bends of disparity along evenly spaced rows. Without them, everything upright and narrower than the distance
-// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
+// with even spacing, the error is several times as large for the same number of triangles. Second, extra vertices between
+// the studs mark bends of disparity along evenly spaced rows. Without them, upright shapes narrower than the distance between
+// studs would be lost. They reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
 // the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
 // outline, so outlines need no extra vertices.
 #pragma once

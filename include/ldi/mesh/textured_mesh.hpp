@@ -83,7 +83,7 @@ void check_triangles(const Mesh& mesh) {
                           (values == &mesh.positions ? "positions" : "texture_coordinates"));
 }
 
-/// Raises invalid_data for hems between vertices that the mesh lacks.
+/// Raises invalid_data if a hem refers to a vertex that the mesh lacks.
 inline void check_hems(const textured_mesh& mesh) {
     for (const hem_vertex& h : mesh.hem_vertices)
         if ((std::max)(h.outer, h.inner) >= mesh.vertex_count())

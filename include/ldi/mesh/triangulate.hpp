@@ -126,7 +126,7 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Inserts the edge `from` -> `to` in starting_, so that these edges stay sorted from left to right.
+/// Inserts the edge `from` -> `to` into starting_, which stays sorted from left to right.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
@@ -228,7 +228,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     return true;
 }
 
-/// Replaces the edges that end at this point by the edges that begin here.
+/// Replaces the edges that end at this point with the edges that begin here.
 inline void triangulator::replace_edges(const swept_point& p) {
     const std::size_t replaced = (std::min)(p.ending, starting_.size());
     active_edge* const place = status_.begin() + p.first_ending;

@@ -68,7 +68,7 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// Raises unsupported if a property of the architecture is out of bounds.
+/// Raises unsupported if a property of the architecture is outside its limits.
 ///
 /// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {

@@ -78,8 +78,8 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side keeps the aspect ratio, rounded
-    /// down to a multiple of 32, and is at least 32.
+    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side follows the aspect ratio, rounded
+    /// down to a multiple of 32, but at least 32.
     ///
     /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
@@ -191,7 +191,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
-    /// Estimated fraction of the total time of both passes that the main pass takes, computed from the areas of their inputs.
+    /// Estimated share of the main pass in the total time of both passes, computed from the areas of their inputs.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));

@@ -47,8 +47,8 @@ struct curve_options {
     constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo, 0 to 2. 117 photographs and sensor depth maps had at
     /// most 0.05. Maps above the limit are mostly noise. From such maps, find_discontinuity_curves() drops curves shorter than
-    /// min_length, then the shortest remaining curves until the limit holds. A map of noise then takes only a few times as long
-    /// as the map of a photograph.
+    /// min_length, then the shortest remaining curves until the limit holds. Processing a map of noise then takes only a few
+    /// times as long as processing the map of a photograph.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Limits the number of charts. With the default max_density, it is the tighter
     /// limit for photos of more than 2.5 megapixels.
@@ -149,7 +149,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained: even there, the
 /// disparity step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
-/// end. Time is linear, except for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {

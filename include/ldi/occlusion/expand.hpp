@@ -64,11 +64,11 @@ struct expanded_layers {
 /// [0.001, 1].
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average over the
-/// pixels that it grew from, and farther than the photo's pixel at its position by more than surface_rule::max_step. All other
-/// columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about
-/// twice the threshold, so that growing surfaces at similar depth become one. A surface that meets another one at similar depth,
-/// but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of two pixels at one position differ by
-/// more than surface_rule::max_step.
+/// pixels that it grew from. It is lower than the disparity of the photo's pixel at the same position by more than
+/// surface_rule::max_step. All other columns follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose
+/// disparities differ by up to about twice the threshold, so that growing surfaces at similar depth become one. A surface that
+/// meets another one at similar depth, but cannot be linked to it, ends there; build_mesh() closes the gap. The disparities of
+/// two pixels at one position differ by more than surface_rule::max_step.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.

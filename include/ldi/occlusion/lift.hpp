@@ -46,8 +46,8 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     g.set_neighbor(start + stride - 1, side::right, no_pixel);
 }
 
-/// Copies a disparity map and clamps rounding errors to [0, 1]. Raises invalid_data for values that are not finite or lie outside
-/// [0, 1] by more than rounding.
+/// Copies a disparity map. Clamps values that rounding errors moved slightly outside [0, 1]. Raises invalid_data for values that
+/// are not finite or lie farther outside.
 inline buffer<float> checked_disparity(image_view<const float> disparity) {
     constexpr float rounding = 1e-5F;
     buffer<float> values;

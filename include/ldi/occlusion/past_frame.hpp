@@ -1,11 +1,13 @@
-// Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
-// the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
+// Continues surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface
+// that reaches the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame
+// instead.
 //
-// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces there keep
-// their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
-// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. The colors of
-// the continuation are those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines
-// continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
+// The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces at this
+// disparity do not move relative to the frame. Other surfaces move in any direction, by up to the motion times the difference
+// between their disparity and the window's. Each surface continues past the border by this distance, at the disparity of its
+// border pixel. The colors of the continuation are those of the photo, mirrored at the border along the surface, slightly
+// softened, and sheared so that lines continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture,
+// and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
 // the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -54,7 +56,7 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
 namespace detail {
 
 /// Returns the color of a pixel of the photo, softened with its neighbors' colors. Full detail past the border would only repeat
-/// the photo and enlarge the compressed texture.
+/// the photo and increase the size of the compressed texture.
 ///
 /// margin  photo_facts::margin of the layers
 template <has_column<color_column> Layers>

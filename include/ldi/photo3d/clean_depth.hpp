@@ -75,7 +75,7 @@ struct cleaned_photo {
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
-/// or the surface rule's step is not in [0.001, 1].
+/// passes_before_resampling is not in [0, 64], or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {

@@ -46,14 +46,14 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, 0 to 64, in addition to the pass at the photo's
     /// resolution. At the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
-    /// Maximum factor, 1 to 16, by which lengths in `alignment`, `components` and `curves` are multiplied. The factor is the side
-    /// of a depth sample in pixels. Larger samples count as this size, because they are too coarse to locate silhouettes. With 1,
-    /// lengths and sizes are not scaled.
+    /// Maximum side of a depth sample in photo pixels, 1 to 16: the maximum factor by which lengths in `alignment`, `components`
+    /// and `curves` are multiplied. Larger samples count as samples of this size, because they are too coarse to locate
+    /// silhouettes. With 1, lengths and sizes are not scaled.
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Leveling of dips, off by default: it joins pieces of the background beside objects, but in 2 of 20 photographs it opened
-    /// holes of up to 11 pixels, in views with a long side of 1000 pixels. Intended for use with a network_decider
+    /// Leveling of dips. It joins pieces of the background beside objects, but is off by default: in 2 of 20 photographs, it
+    /// opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a network_decider
     /// (depth/network_decider.hpp).
     level_options level{.radius = 0};
     sharpen_options sharpen;
@@ -139,8 +139,8 @@ inline void check(const photo3d_options& options) {
 
 }  // namespace detail
 
-/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
-/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
+/// Limits the size of charts so that they fit on full-size sheets (texture/sheets.hpp) for a photo of `photo_height` x
+/// `photo_width` pixels. Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)

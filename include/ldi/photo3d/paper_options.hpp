@@ -6,7 +6,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns options with the paper's numbers and stages only, to reproduce the paper or to measure the effect of each addition.
+/// Returns options with only the paper's numbers and stages, to reproduce the paper or to measure the effect of each addition.
 /// The differences from the defaults:
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.

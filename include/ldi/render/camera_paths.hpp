@@ -36,8 +36,8 @@ struct path_options {
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = window_disparity;
-    /// zoom_in and dolly_zoom: distance to travel, as a share of the distance to the nearest surface; below 1. `motion` may
-    /// limit it further.
+    /// zoom_in and dolly_zoom: distance to travel, as a fraction of the distance to the nearest surface; below 1. `motion` may
+    /// limit the distance further.
     float approach = 0.3F;
 };
 
@@ -78,8 +78,8 @@ view view_between(std::span<const key_frame> keys, const pinhole_camera& camera,
 /// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0 if they end there
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
-/// Crops a view to the middle of its picture, and enlarges this part to the same number of pixels. `size`, above 0, is the part's
-/// width relative to the picture's, for example the result of frame_within().
+/// Zooms in on the middle of a view's picture, without changing the number of pixels. `size`, above 0, is the width of the part
+/// that fills the new picture, relative to the old picture's width, for example the result of frame_within().
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;

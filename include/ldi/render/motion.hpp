@@ -1,5 +1,5 @@
-// One measure for all motion of a camera away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
-// head. It is the width of hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
+// A single measure for any camera motion away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
+// head. The measure is the width of the hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
 // (occlusion/expand.hpp).
 //
 // A surface at depth n hides another at depth f. The edge of the front surface appears at p in the photo, in pixels from the
@@ -23,7 +23,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 namespace detail {
 
 /// Returns the parallax of a camera at `position` between the nearest and the farthest surface, without the factor n / (n -
-/// c_forward), as a share of the photo's longer side.
+/// c_forward), as a fraction of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
     const float forward = std::abs(position[2]);
@@ -35,7 +35,7 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 }  // namespace detail
 
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
-/// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
+/// surface, as a fraction of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     // If the camera moves back, n / (n - c_forward) is at most 1, so 1 is used instead.
     const float forward = (std::max)(-position[2], 0.0F);
@@ -49,15 +49,15 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
     if (!(motion > 0)) return {0, 0, 0};
-    // Maximum motion forward, as a share of the distance to the nearest surface. In a flat photo, `motion` alone would not limit
-    // the camera.
+    // Maximum motion forward, as a fraction of the distance to the nearest surface. In a flat photo, `motion` alone would not
+    // limit the camera.
     constexpr float closest = 0.99F;
     const float forward = (std::max)(-position[2], 0.0F);
     if (forward > closest * range.z_near) {
         const float kept = closest * range.z_near / forward;
         return within_motion({kept * position[0], kept * position[1], kept * position[2]}, camera, range, motion);
     }
-    // Solves across * k * z_near / (z_near - k * forward) = motion for k, the share of the distance.
+    // Solves across * k * z_near / (z_near - k * forward) = motion for k, the factor for `position`.
     const float across = detail::motion_across(position, camera, range);
     const float share = motion * range.z_near / (across * range.z_near + motion * forward);
     return {share * position[0], share * position[1], share * position[2]};

@@ -39,11 +39,11 @@ struct rendering {
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 if every sample of the pixel is covered
 };
 
-/// Draws a mesh with its textures, with bilinear interpolation and correct perspective. Where surfaces coincide, the first
+/// Draws a mesh with its textures, with bilinear, perspective-correct texture mapping. Where surfaces coincide, the first
 /// triangle wins. Soft edges are blended over the surfaces behind them; they affect neither depth nor coverage.
 ///
-/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
-///           repeat the edge
+/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates outside [0, 1]
+///           are clamped to the edge
 ///
 /// Raises mismatch or invalid_data if the mesh or a texture is malformed; mismatch for a backdrop whose size differs from the
 /// view's or that does not have 3 channels; invalid_option for invalid options or an invalid view; and too_large if the view's
@@ -184,8 +184,8 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// Rows of pixels per band. Thinner bands occupy more threads; with thicker bands, fewer triangles touch two of them. Tuned by
-/// experiment.
+/// Rows of pixels per band. Thinner bands keep more threads busy; with thicker bands, fewer triangles lie in more than one band.
+/// Tuned by experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
 /// Lists the objects that may touch each band, in order: those of band b are list[start[b]] to list[start[b + 1] - 1].

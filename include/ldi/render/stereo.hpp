@@ -26,8 +26,8 @@ inline view beside(view from, float distance, float window = std::numeric_limits
     return from;
 }
 
-/// Returns the eye distance at which the parallax between the nearest and the farthest surface is `share` of the picture's
-/// width. A thirtieth is comfortable to view.
+/// Returns the eye distance at which the parallax between the nearest and the farthest surface is a given fraction, `share`, of
+/// the picture's width. The default, a thirtieth, is comfortable to view.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
     return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;

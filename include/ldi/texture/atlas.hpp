@@ -35,7 +35,7 @@ struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
-    float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
+    float fill = 0;                      ///< fraction of texels that belong to a pixel of the layered image
     /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh get their colors from it.
     std::int32_t filter_padding = padding_options{}.filter_padding;
 };

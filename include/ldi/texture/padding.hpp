@@ -20,7 +20,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Side in texels of the square blocks in which JPEG codes color (at 4:2:0, the default of encoders).
+/// Side, in texels, of the square blocks in which JPEG encodes color (with 4:2:0 subsampling, the default of most encoders).
 inline constexpr std::int32_t macroblock_side = 16;
 
 /// Origin of a texel's color: the classes of the paper's Figure "atlas".

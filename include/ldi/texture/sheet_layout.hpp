@@ -12,7 +12,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of lay_out_sheets() and max_chart_side().
 struct sheet_options {
-    /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support 4096.
+    /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support at least 4096.
     std::int32_t max_side = 4096;
     /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;

@@ -124,13 +124,13 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
 }
 
 /// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, copies texels from the photo.
-/// Beside silhouettes, and where the layered image's color differs from the photo's, removes the neighboring surface's share from
-/// the photo's color. Where the photo shows another surface, interpolates the colors of the atlas.
+/// Beside silhouettes, and where the layered image's color differs from the photo's, removes the neighboring surface's
+/// contribution from the photo's color. Where the photo shows another surface, interpolates the colors of the atlas.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  those given to lay_out_sheets()
+/// charts, atlas  those passed to lay_out_sheets()
 /// worked_on      the photo from which the layered image was made, at the layered image's size without its margin
-/// photo          the same photo, at the size given to lay_out_sheets()
+/// photo          the same photo, at the size passed to lay_out_sheets()
 ///
 /// Raises mismatch if inputs don't fit together.
 template <executor Executor = const serial_executor>

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the reference files of tests/io/weight_files.cpp to its own folder: a student of examples/training/tiefenrausch_small with few
-channels and random weights, quantized and exported like a trained student, and its result for a photograph in exact integers. Needs
-Debian's python3-torch.
+"""Writes the reference files of tests/io/weight_files.cpp to its own folder: a student network of examples/training/tiefenrausch_small with
+few channels and random weights, quantized and exported like a trained student, and its output for a random picture, computed with exact
+integers. Needs Debian's python3-torch.
 
     tiefenrausch.py
 """

@@ -266,7 +266,7 @@ TEST_CASE("results do not depend on the number of threads") {
     }
 }
 
-TEST_CASE("fused chains of layers, in strips and in place, match the single layers on every instruction set") {
+TEST_CASE("fused chains of layers, processed in strips or in place, match the separate layers on every instruction set") {
     random_source random{std::mt19937(10)};
     for (int round = 0; round < 60; ++round) {
         ldi::network_description description =
@@ -341,7 +341,7 @@ TEST_CASE("a callback stops a run by throwing an exception") {
     CHECK_THROWS_AS(network.run_observed(random.picture(4, 4, 4), serial, [](auto&&...) { throw 7; }), int);
 }
 
-TEST_CASE("invalid network descriptions are refused with the name of the tensor") {
+TEST_CASE("invalid network descriptions are refused, and the error names the tensor") {
     using ldi::error_code;
     refuses(error_code::mismatch, [](auto& n) { convolution(n).weights.pop_back(); });
     refuses(error_code::mismatch, [](auto& n) { convolution(n).bias.pop_back(); });

@@ -373,7 +373,7 @@ TEST_CASE("byte convolutions accept weights of any magnitude, and refuse scales 
     CHECK(testing::raised([&] { pack(1.0F, 1.0F, NAN, 1.0F); }) == error_code::invalid_data);
 }
 
-TEST_CASE("byte convolutions refuse more inputs than their sums can hold, and are exact up to this number") {
+TEST_CASE("byte convolutions refuse more inputs than their sums can hold, and are exact up to this limit") {
     const auto sum_of_ones = [](std::size_t channels) {
         const quantized_source source[] = {{channels, {1.0F, 0}}};
         const conv_u8_weights packed =
@@ -389,7 +389,7 @@ TEST_CASE("byte convolutions refuse more inputs than their sums can hold, and ar
     CHECK(testing::raised([&] { sum_of_ones(140000); }) == error_code::unsupported);
 }
 
-TEST_CASE("convolutions refuse masks that lack rows, and values that are no whole rows") {
+TEST_CASE("convolutions refuse masks with too few rows, and values that do not form whole rows") {
     const graph g = make_grid(64, 64);
     const conv_f32_weights packed = pack_convolution(best_isa(), floats(18, 1.0F), std::array{0.0F}, 3, no_activation);
     const floats values(2 * 64 * 64, 1.0F), ragged(2 * 64 * 64 + 1, 1.0F);

@@ -144,7 +144,7 @@ TEST_CASE("a pixel stays regular if links are missing that the exploration of it
     CHECK_FALSE(is_regular());
 }
 
-TEST_CASE("plan_convolution() refuses a broken view") {
+TEST_CASE("plan_convolution() refuses an invalid view") {
     const level_map map = coarsen(make_grid(8, 8)).map;
     testing::for_broken_views([&](const graph_view& view) {
         CHECK_THAT(testing::message_of([&] { plan_convolution(view, 3); }), Catch::StartsWith("plan_convolution: "));

@@ -24,7 +24,7 @@ bool are_equal(const convolution_plan& a, const convolution_plan& b) {
 
 static_assert(!std::is_constructible_v<convolution_planner, graph>, "the planner would outlive the graph");
 
-TEST_CASE("a planner refuses a broken view") {
+TEST_CASE("a planner refuses an invalid view") {
     testing::for_broken_views([](const graph_view& view) {
         CHECK(testing::raised([&] { convolution_planner planner(view); }) == error_code::mismatch);
     });

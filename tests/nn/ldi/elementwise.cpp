@@ -200,7 +200,7 @@ TEST_CASE("quantize() rounds the exact quotient, halves away from zero") {
         CHECK(int{bytes.values[i]} == std::clamp(static_cast<int>(std::round(double{x.values[i]} / scale)) + 128, 0, 255));
 }
 
-TEST_CASE("elementwise operators refuse maps without whole rows, short masks, no maps, and maps with different zero points") {
+TEST_CASE("elementwise operators refuse incomplete rows, short masks, empty lists of maps, and different zero points") {
     using bytes = basic_feature_map<std::uint8_t>;
     feature_map ragged(2, 4096);
     ragged.values.resize(ragged.values.size() + 4000, 1.0F);
@@ -224,7 +224,7 @@ TEST_CASE("elementwise operators refuse maps without whole rows, short masks, no
     CHECK(testing::raised([&] { add(low, low, sum); }) == error_code::mismatch);
 }
 
-TEST_CASE("conversion to and from bytes refuses scales that are not positive and finite, and bytes refuse a leaky activation") {
+TEST_CASE("conversion to and from bytes requires positive, finite scales, and byte maps refuse a leaky activation") {
     feature_map x(1, 2);
     x.values = {3.0F, INFINITY};
     const basic_feature_map<std::uint8_t> bytes(1, 2, 7);

@@ -34,7 +34,7 @@ TEST_CASE("a view of a feature map refers to the map's memory") {
     CHECK(view.row_of(no_pixel) == no_pixel);
 }
 
-TEST_CASE("an upsampled map has one pixel per pixel of the finer graph, and each reads its parent's row") {
+TEST_CASE("an upsampled map has one pixel per pixel of the finer graph, and each pixel reads its parent's row") {
     testing::for_random_graphs(3, 50, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology());
         const feature_map coarse = testing::random_features(random, half.map.kept().size(), 2);
@@ -54,7 +54,7 @@ TEST_CASE("upsample() refuses the map of another level") {
     CHECK(testing::raised([&] { upsample(coarse, nothing); }) == error_code::mismatch);
 }
 
-TEST_CASE("upsample() refuses a parent that is no row of the coarse map") {
+TEST_CASE("upsample() refuses a parent that is not a row of the coarse map") {
     const feature_map coarse(4, 1);
     for (const std::int32_t parent : {4, 100000, -2}) {
         const buffer<std::int32_t> parents{0, 3, no_pixel, parent};

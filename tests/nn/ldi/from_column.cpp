@@ -35,7 +35,7 @@ TEST_CASE("a column that is converted to a feature map and back is unchanged") {
     });
 }
 
-TEST_CASE("a map whose number of values is no multiple of its channels is refused") {
+TEST_CASE("a map whose number of values is not a multiple of its number of channels is refused") {
     layered_image<color_column> layers(make_grid(5, 1));
     basic_feature_map<std::uint8_t> map(5, 3);
     map.values.push_back(1);
@@ -83,7 +83,7 @@ TEST_CASE("values outside the range of 64-bit integers are clamped to the column
     CHECK(clamped<std::uint64_t>() == buffer<std::uint64_t>{all, 0, all, 0, std::uint64_t{1} << 63, 3, 0});
 }
 
-TEST_CASE("a column of bool is true for values of one half and more") {
+TEST_CASE("a bool column is true for values of at least one half") {
     layered_image<identifier<bool>> layers(make_grid(6, 1));
     feature_map map(6, 1);
     map.values = {0.0F, 0.3F, std::nanf(""), 0.5F, 1.0F, 7.0F};

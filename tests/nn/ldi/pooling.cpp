@@ -99,7 +99,7 @@ TEST_CASE("byte maps are pooled to the rounded average and the largest byte") {
     });
 }
 
-TEST_CASE("pooling refuses the map of a graph of a different size") {
+TEST_CASE("pooling refuses the level map of a graph whose size differs from the feature map's") {
     const ldi::feature_map fine(16, 1);
     for (const std::int32_t width : {0, 1, 3, 5, 300}) {
         const ldi::coarsened half = ldi::coarsen(ldi::make_grid(width, 4));

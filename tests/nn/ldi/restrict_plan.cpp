@@ -74,7 +74,7 @@ TEST_CASE(
     });
 }
 
-TEST_CASE("a restricted plan is full only if its outputs are renumbered") {
+TEST_CASE("a restricted plan counts as full only if its outputs are renumbered") {
     const convolution_plan plan = plan_convolution(make_grid(8, 8), 3);
     const indices some{0, 1, 9, 10, 11, 12, 13};
     CHECK_FALSE(restrict_to(plan, some).is_full());

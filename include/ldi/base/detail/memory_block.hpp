@@ -36,7 +36,7 @@ struct memory_block {
     std::size_t size = 0, capacity = 0;  ///< in values
     const memory* from = nullptr;
 
-    /// Allocates a larger, empty block. The first success selects the allocator.
+    /// Allocates a larger, empty block. The first successful call fixes the allocator for all later calls.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         const memory& source = from != nullptr ? *from : current_memory();
         if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count(new_capacity, value_size);

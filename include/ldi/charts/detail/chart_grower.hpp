@@ -42,9 +42,9 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-/// Estimates the total area of the bounding boxes, in pixels, if charts are divided so that no side exceeds `side`. Exact if no
-/// side is longer now. For a box whose longer side L exceeds the limit, multiplies the area by `side` / L, because the pieces of
-/// a winding chart together are as long as the whole.
+/// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
+/// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
+/// `side` / L, because the pieces of a winding chart together are as long as the whole chart.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -57,8 +57,8 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
-/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that a chart accepted there last. A pixel of
-/// an earlier chart counts as none, so nothing must be cleared between charts.
+/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that was accepted there last. If that pixel
+/// belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -98,14 +98,14 @@ private:
         std::int32_t first, x, y, count;
     };
 
-    /// One square of the lattice: the last chart that entered it, and the range of disparity of that chart's pixels near other
-    /// surfaces. Usually this range shows that no pixel of the square is on another surface.
+    /// A square of the lattice: the last chart that entered it, and the disparity range of that chart's pixels near other
+    /// surfaces. Usually, this range alone proves that no pixel of the square is on another surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Returns the binary logarithm of the side of a cell. The side is so large that the window of a pixel overlaps at most two
+    /// Returns the binary logarithm of a cell's side length. A cell is so large that the window of a pixel overlaps at most two
     /// cells along each axis.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
@@ -273,9 +273,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, at this distance in steps, lies on a different surface than `pixel`. Follows the surface from `pixel`
-    /// along rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the
-    /// ends of both paths differ from that of `other`.
+    /// Whether `other`, which is `steps_x` columns and `steps_y` rows away, lies on a different surface than `pixel`. Follows
+    /// links from `pixel` along two paths, one horizontal and then vertical, the other vertical and then horizontal, as far as
+    /// links exist. The result is true if the disparities at the ends of both paths differ from that of `other`.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();

@@ -36,11 +36,11 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// Applies to pixels that no disparity from outside the band reaches. Such a pixel keeps its own disparity if this deviates
-    /// from the disparity of the pixel's side, toward the other side, by at most this share of the step.
+    /// Maximum deviation of a pixel's disparity from the disparity of its side, toward the other side, as a share of the step.
+    /// Applies to pixels that no disparity from outside the band reaches: within this deviation, they keep their own disparity.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
-    /// silhouette, and changes sides whatever its size.
+    /// silhouette, and changes sides regardless of its size.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 

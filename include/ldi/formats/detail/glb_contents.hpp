@@ -84,7 +84,7 @@ struct geometry {
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    /// Whether indices have 16 bits. glTF reserves index 65,535.
+    /// Whether 16 bits suffice for indices. glTF reserves the index 65,535, so at most 65,535 vertices are possible.
     bool has_short_indices() const { return vertex_count() < 65536; }
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
@@ -98,7 +98,7 @@ struct geometry {
     std::size_t index_bytes() const {
         return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
     }
-    /// Bytes after the indices that align the next geometry to a multiple of 4.
+    /// Number of padding bytes after the indices, so that the next geometry starts at a multiple of 4.
     std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
     std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + own_bytes() + index_bytes(); }
 

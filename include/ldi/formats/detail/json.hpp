@@ -14,7 +14,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks a text that consists of one JSON object. Raises invalid_data; messages about syntax errors state the byte offset.
+/// Checks that a text consists of one JSON object, and returns the object. Raises invalid_data; messages about syntax errors
+/// state the byte offset.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }

@@ -28,8 +28,8 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Callback for the members of an object or the elements of an array. It is a function pointer, so that the reader is compiled
-/// only once.
+/// Callback for the members of an object or the elements of an array. A function pointer instead of a template parameter, so that
+/// the reader is compiled only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
 /// Returns 0 to 15, or 16 if c is not a hexadecimal digit.

@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side) returns the channels of the known pixel `pixel`, an unknown pixel's neighbor on side `side`
+/// value           value(pixel, side) returns the channels of a known pixel, the neighbor on side `side` of an unknown pixel
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///

@@ -34,7 +34,7 @@ public:
     struct place {
         std::int32_t pixel;
         std::int32_t side;      ///< index of the nearest silhouette side
-        std::int16_t distance;  ///< steps over links to that side: 0 for pixels that touch it
+        std::int16_t distance;  ///< steps along links to that side: 0 for pixels that touch it
         bool in_front;          ///< whether the pixel belongs to the nearer of the two surfaces
     };
 

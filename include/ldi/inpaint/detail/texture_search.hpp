@@ -42,7 +42,8 @@ private:
     // One in `search_interval` cells also samples random sources. Good sources then propagate to its neighbors.
     static constexpr std::uint32_t search_interval = 32;
 
-    /// Finds the known cell nearest to each unknown cell along links, or no_pixel. The search samples candidates around it.
+    /// Finds the known cell nearest to each unknown cell along links, or no_pixel. Random candidates are sampled around this
+    /// cell.
     void find_nearest_known() {
         nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         buffer<std::int32_t> wave, further;

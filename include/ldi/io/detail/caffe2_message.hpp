@@ -21,8 +21,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
-/// A named argument of an operator. The member whose type matches contains the value; the other members are
-/// empty. Strings point into the file.
+/// A named argument of an operator. The member whose type matches contains the value; the other members are empty. Strings point
+/// into the file.
 struct argument {
     std::string_view name;
     std::optional<float> number;
@@ -102,8 +102,8 @@ void for_each_field(std::string_view message, std::string_view where, Visit&& vi
     }
 }
 
-/// Raises invalid_data for an empty name. A message without a name occupies two bytes in the file, but fifty times as many in
-/// memory.
+/// Raises invalid_data for an empty name. A message without a name occupies two bytes in the file, but fifty times as much in
+/// memory, so a small file could exhaust memory.
 inline void check_named(std::string_view name, const char* what, std::string_view where) {
     if (name.empty()) raise(error_code::invalid_data, std::string(where), std::string(what) + " with a name", "one without");
 }

@@ -133,7 +133,8 @@ inline profile_handle open_profile(cmsContext context, const color_profile& prof
     return made;
 }
 
-/// Whether a transform changes any color by more than a rounding error. Most profiles are sRGB under various names.
+/// Whether a transform changes any color by more than a rounding error. Most profiles are sRGB under various names, so their
+/// colors need no conversion.
 inline bool changes_colors(void* transform, bool is_gray) {
     for (unsigned i = 0; i < 6 * 6 * 6; ++i) {
         std::uint8_t from[3] = {static_cast<std::uint8_t>(i % 6 * 51), static_cast<std::uint8_t>(i / 6 % 6 * 51),

@@ -89,7 +89,7 @@ inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
 /// Returns the largest width and height that the sequence parameter sets of an item state.
 ///
 /// data        NAL units, each preceded by its length in `length_size` bytes
-/// units_left  number of units to read at most; reduced by the number of units read
+/// units_left  maximum number of units to read; reduced by the number of units read
 inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t length_size, std::size_t& units_left) {
     coded_size largest;
     for (; data.size() > length_size && units_left > 0; --units_left) {

@@ -17,8 +17,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns the meaning of the values of a depth picture; empty if the file states no range. Without a range, only the order of
-/// distances is known.
+/// Returns what a depth picture's values mean; empty if the file states no range. Without a range, only the order of distances is
+/// known.
 inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
                                                  decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;
@@ -46,7 +46,7 @@ inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo,
 /// Returns the brightness of a picture's pixels, H x W x 1, from 0 to 1.
 inline image<float> heif_gray(const heif_image* pixels, const std::string& where) {
     int stride = 0;
-    // Gray that was coded as RGB has no luma channel.
+    // A gray picture that was coded as RGB has no luma channel.
     const heif_channel channel = heif_image_has_channel(pixels, heif_channel_Y) ? heif_channel_Y : heif_channel_G;
     const std::uint8_t* const from = heif_image_get_plane_readonly(pixels, channel, &stride);
     const int width = heif_image_get_width(pixels, channel), height = heif_image_get_height(pixels, channel),

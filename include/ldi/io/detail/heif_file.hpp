@@ -37,7 +37,7 @@ using heif_pixels = std::unique_ptr<const heif_image, heif_deleter>;
     const bool is_unsupported = said.code == heif_error_Unsupported_feature || said.code == heif_error_Unsupported_filetype;
     const bool is_too_large = said.subcode == heif_suberror_Security_limit_exceeded;
     std::string_view message = said.message;
-    while (message.ends_with('\n')) message.remove_suffix(1);  // libheif ends some messages with a line end
+    while (message.ends_with('\n')) message.remove_suffix(1);  // some of libheif's messages end with a newline
     std::string found = "'" + std::string(message) + "'";
     if (heif_get_version_number() < 0x01130800)  // 1.19.8
         found += std::string("; libheif is ") + heif_get_version() +

@@ -70,8 +70,8 @@ private:
     // No camera's file reaches this limit: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
     static constexpr double max_pictures = 4096;
     static constexpr int max_depth = 8;  ///< maximum nesting of derived pictures
-    // NAL units of HEVC or open bitstream units of AV1, in all items. Items may share their data and configurations, so the
-    // number that is read may be far above the number in the file.
+    // Maximum number of HEVC's NAL units or AV1's open bitstream units that are read for all items together. Items may share data
+    // and configurations, so the same unit may be read many times.
     static constexpr std::size_t max_units = std::size_t{1} << 18;
 
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
@@ -89,7 +89,7 @@ private:
         header.more_memory = c.memory + 4e6;  // memory of the decoder itself
         budget.charge(header, where);
         budget.charge_samples(3 * c.pixels, where,
-                            "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
+                              "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
         return header;
     }
 
@@ -150,7 +150,7 @@ private:
         for (const std::size_t index : item.properties) {
             const heif_property& p = boxes_.properties[index];
             if (p.type != "hvcC" && p.type != "av1C") continue;
-            // Each configuration reads the picture's data once more.
+            // Each further configuration would cause another pass over the picture's data.
             if (std::exchange(is_configured, true)) broken("a picture with two configurations of its decoder");
             if (p.type == "hvcC" && p.body.size() > 21) {
                 size.include(size_in_hevc_configuration(p.body, units_left_));

@@ -1,5 +1,5 @@
-// Writes JPEG files with libjpeg or libjpeg-turbo, if ldi::io was configured with it. libjpeg-turbo is about seven times as
-// fast as stb_image_write and uses the same quantization and Huffman tables.
+// Writes JPEG files with libjpeg or libjpeg-turbo, if ldi::io was configured with one of them. libjpeg-turbo is about seven times
+// as fast as stb_image_write and uses the same quantization and Huffman tables.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -72,8 +72,8 @@ private:
 
     static void fail(j_compress_ptr state) { state->err->error_exit(reinterpret_cast<j_common_ptr>(state)); }
 
-    /// Encodes a picture into file_; returns false after an error. On errors, libjpeg jumps back into this function, so its
-    /// local objects must not have destructors.
+    /// Encodes a picture into file_; returns false after an error. On errors, libjpeg jumps back into this function (longjmp), so
+    /// this function's local objects must not have destructors.
     bool write(image_view<const std::uint8_t> picture, int quality) {
         if (setjmp(errors_.back) != 0) return false;
         jpeg_create_compress(&state_);

@@ -19,8 +19,8 @@ struct stb_free {
     void operator()(void* samples) const { stb::stbi_image_free(samples); }
 };
 
-/// A decoded picture: height x width x channels samples, row-major. Owns stb_image's memory, because a copy would cost as much
-/// as the picture.
+/// A decoded picture: height x width x channels samples, row-major. Owns the buffer that stb_image allocated, because a copy
+/// would double the memory.
 template <class Sample>
 struct decoded_picture {
     std::unique_ptr<Sample[], stb_free> samples;

@@ -1,5 +1,5 @@
-// Converts stored depth to disparity. Photos contain depth as an 8- or 16-bit gray picture, with metadata on the meaning of its
-// values.
+// Converts stored depth to disparity. Photos contain depth as an 8- or 16-bit gray picture, and metadata that state what its
+// values mean.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -28,7 +28,7 @@ enum class depth_coding {
 struct depth_meaning {
     depth_coding coding = depth_coding::disparity;
     double first = 0, last = 1;
-    double unit = 0;  ///< meters per unit of distance; 0 if unknown, so that distances are known only up to a factor
+    double unit = 0;  ///< meters per unit of distance; 0 if unknown: distances are then known only up to a factor
 };
 
 /// Decodes a gray picture to values from 0 to 1. Raises the errors of decode_depth_map().

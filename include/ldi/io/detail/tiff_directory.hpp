@@ -1,5 +1,5 @@
-// Reads the first directory of a TIFF structure: TIFF 6.0, BigTIFF, and JPEG's Multi-Picture Format (CIPA DC-007). The entries
-// of a hostile file may all refer to the same bytes.
+// Reads the first directory of a TIFF structure: TIFF 6.0, BigTIFF, and JPEG's Multi-Picture Format (CIPA DC-007). Copies no
+// values, because the entries of a hostile file may all refer to the same bytes.
 #pragma once
 
 #include <ldi/base/numbers.hpp>

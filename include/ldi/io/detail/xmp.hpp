@@ -1,5 +1,5 @@
 // Reads XMP packets (ISO 16684-1) with pugixml as a flat list of properties. A property is an attribute, or an element without
-// child elements, whose name has a namespace prefix. The list contains its namespace, name and text.
+// child elements, whose name has a namespace prefix. The list contains the namespace, name and text of each property.
 #pragma once
 
 #include <ldi/io/detail/decoding_budget.hpp>
@@ -84,7 +84,7 @@ private:
         const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
         const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
         budget.charge(33'000 + 2 * nearest_double(packet.size()) + 128 * nearest_double(marks), where,
-                    "XMP of " + std::to_string(packet.size()) + " bytes");
+                      "XMP of " + std::to_string(packet.size()) + " bytes");
     }
 
     /// Visits all elements without recursion, so that nesting cannot exhaust the stack.

@@ -29,8 +29,8 @@ struct float_sums {
     }
 
 private:
-    /// Converts to float. Hides from clang that no value is negative: clang would use the conversion of unsigned integers, which
-    /// costs eight x86 instructions instead of one.
+    /// Converts to float. Hides from clang that no value is negative: otherwise, clang would convert the values as unsigned
+    /// integers, which costs eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
@@ -59,8 +59,8 @@ struct integer_sums {
     }
 
 private:
-    /// A shift that adds half rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away
-    /// from zero.
+    /// A shift that adds half rounds halves up. The halves of negative values must round down, away from zero, so 1 is first
+    /// subtracted from these values.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
         const v128_t sums = wasm_i32x4_add(products, bias);

@@ -1,8 +1,8 @@
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
-// The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles: at least 8 independent sums hide the
-// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle. A tile of 12 pixels
-// with one vector needs 13 loads for 12 multiply-adds, so the loads limit its speed.
+// The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles, so at least 8 independent sums are
+// necessary to hide the latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle. A
+// tile of 12 pixels with one vector needs 13 loads for 12 multiply-adds, so the loads limit its speed.
 #pragma once
 
 #include <ldi/kernels/conv_f32/contract.hpp>

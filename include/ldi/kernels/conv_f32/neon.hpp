@@ -1,7 +1,7 @@
 // kernels/conv_f32.hpp with NEON.
 //
 // One load fetches four inputs of a pixel. fmla (by element) multiplies one of them by the weights of 4 outputs, without a
-// separate instruction that broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its
+// separate broadcast instruction. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its
 // inputs in 6. It loads 22 vectors per 96 fmla (384 products): 3.3 products per instruction, compared to 4 for fmla alone.
 #pragma once
 

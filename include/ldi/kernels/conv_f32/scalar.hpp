@@ -13,8 +13,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 inline constexpr std::size_t conv_panel = 8;
 inline constexpr detail::panel_layout conv_f32_layout{1, conv_panel, 1};
 
-/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
-/// only, and a pixel's bits would depend on its tile.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse only in some
+/// tiles, and a pixel's bits would depend on its tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);

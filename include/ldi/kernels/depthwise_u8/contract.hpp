@@ -29,7 +29,7 @@ struct depthwise_u8_weights {
     float_requantization fast;    ///< as in gemm_u8_weights
 };
 
-/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
+/// Number of pixels per row of the result, for `width` stored pixels that are each repeated `repeat` times.
 inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
     return (width * repeat + weights.stride - 1) / weights.stride;
 }

@@ -43,7 +43,7 @@ struct depthwise_order {
 /// Packs weights by unit (up to `max_channels` channels), then by column of the window: 4 vectors with 4 rows per channel. The
 /// fourth row has weight 0.
 ///
-/// sign  -1 for negated weights
+/// sign  -1 to negate the weights, else 1
 template <std::size_t max_channels>
 void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, int sign) {
     for (std::size_t done = 0; done < packed.channels;) {
@@ -116,12 +116,12 @@ struct depthwise_stretches {
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// Returns the addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any
-    /// stride and repetition.
+    /// For each stretch of the result, returns the addresses of column `tap` (0 to 2) in the window around the stretch's pixel x,
+    /// for any stride and repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            // Column of the enlarged row, plus one: 0 is the padding to the left of the row.
+            // Column of the upsampled row, plus one: 0 is the padding to the left of the row.
             const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }

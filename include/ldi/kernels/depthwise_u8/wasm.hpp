@@ -1,8 +1,8 @@
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
-// rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
-// 5 multiplications for 4 channels.
+// The kernel first upsamples the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
+// rows with each other, and each column of the third row with the next column of the same row. The 9 products of a window then
+// cost 5 multiplications for 4 channels.
 //
 // The loop of generic/walk.hpp would be slower here. It interleaves each column separately, which would cost 6 multiplications.
 // It also keeps two windows and a column of 16 channels in registers: 12 of the 15 that V8 allocates, even without weights and
@@ -84,14 +84,14 @@ template <bool all>
     return wasm_v128_load(bytes);
 }
 
-/// Three rows of an image before the enlargement.
+/// Three rows of an image before upsampling.
 struct depthwise_rows {
     const std::uint8_t* rows[3];  // nullptr for a row outside the image
     std::size_t channels, width, repeat;
     std::uint8_t padding;
 };
 
-/// Fills `count` slots with columns of the enlarged rows, starting at column `first` - 1. At most one column on each side is
+/// Fills `count` slots with columns of the upsampled rows, starting at column `first` - 1. At most one column on each side is
 /// outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,

@@ -23,7 +23,8 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {min - int{zero_point}, max - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels without a fused multiply-add, which first widen the inputs into a buffer of fixed size.
+/// Maximum number of inputs per output in kernels without a fused multiply-add: they first widen the inputs into a buffer of
+/// fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
 /// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /

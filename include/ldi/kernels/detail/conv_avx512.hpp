@@ -2,8 +2,9 @@
 //
 // A tile consists of some pixels and one panel of outputs (detail/panel_cut.hpp); its sums stay in registers. For each input (or
 // group of inputs that one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs. If
-// the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. 4
-// (Zen 4) or 8 (Intel) would hide the latency, but large tiles save loads of weights that do not fit in the first-level cache.
+// the panel has a single vector, the multiply instruction itself broadcasts. A full tile has 24 independent vectors of sums. At
+// least 4 (Zen 4) or 8 (Intel) are necessary to hide the latency, but large tiles save loads of weights that do not fit in the
+// first-level cache.
 //
 // The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
 // on Zen 5, median of 9 runs:

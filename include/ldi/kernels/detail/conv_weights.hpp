@@ -14,7 +14,7 @@ struct conv_panel_input {
     const Value* const* rows;  ///< addresses of the first pixel's pieces
     /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
     std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;  ///< of the panel
+    const Value* weights;  ///< weights of the panel
 };
 
 /// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.

@@ -11,15 +11,16 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// Returns register EAX after CPUID. The macros of <cpuid.h> would break __cpuid() of <intrin.h> in programs for Windows.
+/// Returns register EAX after CPUID. Uses inline assembly, because the macros of <cpuid.h> would break __cpuid() of <intrin.h> in
+/// programs for Windows.
 inline std::uint32_t cpuid_eax(std::uint32_t leaf, std::uint32_t subleaf) {
     std::uint32_t b = 0, d = 0;
     asm volatile("cpuid" : "+a"(leaf), "=b"(b), "+c"(subleaf), "=d"(d));
     return leaf;
 }
 
-/// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so an
-/// operating system that supports AVX2 supports it, too.
+/// Detects AVX-VNNI, which __builtin_cpu_supports() of clang 14 does not know. AVX-VNNI has the same registers as AVX2, so every
+/// operating system that supports AVX2 also supports AVX-VNNI.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_eax(0, 0) >= 7 && cpuid_eax(7, 0) >= 1 && (cpuid_eax(7, 1) >> 4U & 1U) != 0;
     return found;

@@ -1,5 +1,5 @@
-// Detects the dot product extension of 64-bit Arm processors. Armv8.2 introduced it as an option; phones since 2018 and all Apple
-// M chips have it.
+// Detects the dot product extension of 64-bit Arm processors. Armv8.2 introduced it as an option; most phones since 2018 and all
+// Apple M chips have it.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -19,7 +19,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Assembly, because clang before 16 has the intrinsics only in translation units compiled for this instruction set.
+// Inline assembly, because clang before version 16 has the intrinsics only in translation units compiled for this instruction
+// set.
 
 /// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
@@ -42,7 +43,7 @@ template <int lane>
 // Products of tiles. The class Products has these members:
 //
 //     group                                      inputs per lane of a vector of inputs, and weights per output
-//     inputs_type                                vector of inputs, and of weights of 4 outputs
+//     inputs_type                                vector of inputs, or of the weights of 4 outputs
 //     load_inputs<count>(from)                   loads 1, 2 or 4 groups of inputs into the first lanes
 //     multiply_add<lane>(sums, weights, inputs)  multiply-adds the weights of 4 outputs and one lane of the inputs
 
@@ -73,7 +74,7 @@ template <class Products, int... lane, class Sums, class Weight, class Input, st
     weights += sizeof...(lane) * sizeof...(v) * 4 * Products::group;
 }
 
-/// Multiply-adds `groups` groups of inputs of every pixel, and moves `weights` behind them.
+/// Multiply-adds `groups` groups of inputs of every pixel, and advances `weights` past the weights of these groups.
 template <class Products, class Pixels, class Vectors, class Sums, class Weight, class Input>
 [[gnu::always_inline]] inline void multiply_add_groups(Pixels pixels, Vectors vectors, Sums* sums, const Weight*& weights,
                                                        const Input* inputs, std::size_t stride, std::size_t groups) {
@@ -100,7 +101,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away from zero.
+    /// srshl rounds halves up. The halves of negative values must round down, away from zero, so 1 is first subtracted from them.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }

@@ -19,9 +19,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-/// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the
-/// integer in the low bits. Down to -2^23 the result is still monotonic. WebAssembly's conversion from float to integer would
-/// cost six x86 instructions.
+/// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds the float to the nearest integer, halves to even, and
+/// leaves this integer in the low bits of the sum. Down to -2^23 the result is still monotonic. WebAssembly's conversion from
+/// float to integer would cost six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 

@@ -1,4 +1,4 @@
-// Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
+// Compiles code for several instruction sets in one header, independently of the user's compiler flags. Functions between
 // LDI_BEGIN_TARGET("features") and LDI_END_TARGET are compiled for the named processor features in every translation unit. Code
 // between the two macros must not contain lambdas or standard templates over vector types. If it calls a function that uses
 // intrinsics, that function must also be between the macros. Write loops over registers as fold expressions: g++ 12 keeps an
@@ -35,8 +35,8 @@
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
 // g++ 12 warns about values that its own intrinsics leave undefined on purpose. Its partial redundancy elimination copies every
-// sum of a matrix product to the stack and halves the speed. Its scheduling before register allocation, on by default for Arm,
-// loads all weights of a tile early and spills them.
+// sum of a matrix product to the stack, which halves the speed. Its scheduling before register allocation, on by default for Arm,
+// loads all weights of a tile early and therefore spills them.
 #define LDI_BEGIN_TARGET(features)                            \
     LDI_PRAGMA(GCC push_options)                              \
     LDI_PRAGMA(GCC target(features))                          \

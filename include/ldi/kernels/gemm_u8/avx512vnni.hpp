@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide
-// the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications; larger tiles are
-// not faster.
+// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle, so at least 10 independent sums are
+// necessary to hide the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications;
+// larger tiles are not faster.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_avx512vnni.hpp>
@@ -41,7 +41,7 @@ using gemm_vector = __m512i;
     return _mm512_set1_epi32(four);
 }
 
-/// Multiply-adds one vector. `half` computes only its first 8 sums: Zen 4 needs two cycles for a 512-bit instruction.
+/// Multiply-adds one vector. If `half` is true, computes only its first 8 sums: Zen 4 needs two cycles for a 512-bit instruction.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)

@@ -1,8 +1,9 @@
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
 // 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
-// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
-// latency. Tiles have 12 sums. Together with two vectors of weights and one of inputs, they occupy 15 of the 16 registers.
+// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake), so at least 10 independent sums are
+// necessary to hide the latency. Tiles have 12 sums. Together with two vectors of weights and one of inputs, they occupy 15 of
+// the 16 registers.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>

@@ -100,13 +100,13 @@ struct gemm_panel_of {
     }
 };
 
-/// Layout of the weights of a single output, in the order of the inputs; pads each segment to a multiple of `lanes`. Panels of
-/// outputs would use only one lane of each vector.
+/// Layout of the weights of a layer with a single output, in the order of the inputs; pads each segment to a multiple of `lanes`.
+/// Panels of outputs would use only one lane of each vector.
 constexpr panel_layout single_output_layout(std::size_t lanes) { return {lanes, 1, 1}; }
 
 /// Appends weights minus their zero point.
 ///
-/// sign  -1 for negated weights
+/// sign  -1 to negate the weights, else 1
 template <class Stored>
 void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
                     int weight_zero_point, int sign, const panel_layout& layout) {

@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
 // One load fetches sixteen inputs of a pixel. sdot (by element) multiplies four of them by the weights of 4 outputs, without a
-// separate instruction that broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96
-// sdot (1536 products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
+// separate broadcast instruction. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot
+// (1536 products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>

@@ -32,7 +32,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    const std::int16_t* starts[gemm_u8_weights::max_segments];  // of the segments
+    const std::int16_t* starts[gemm_u8_weights::max_segments];  // start of each segment
     std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)

@@ -34,8 +34,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only fresh edges (fresh[v] != 0) to all edges. The caller guarantees that there are
-    /// no faults between the other edges.
+    /// Same as find_all(), but compares each fresh edge (fresh[v] != 0) with all edges, and skips pairs of other edges. The
+    /// caller guarantees that there are no faults between the other edges.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -65,8 +65,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// One visit of the outline to a point: it runs from `from` to `at` and on to `to`. The interior extends clockwise from `to`
-    /// to `from`.
+    /// One passage of the outline through the point `at`: it arrives from `from` and continues to `to`. The interior extends
+    /// clockwise from `to` to `from`.
     struct visit {
         lattice_point at, from, to;
     };

@@ -1,7 +1,7 @@
 // Hems: strips that extend a hidden surface behind the nearer surface at which it ends. A hidden surface ends at another hidden
 // surface of similar depth if the two cannot be linked (occlusion/detail/expansion.hpp). At the free end of a silhouette
-// (core/trace_curves.hpp), it ends at the photo's surface. The outlines of the two surfaces are simplified independently and lie
-// at different depths. Without a hem, a moving camera would see a gap between them.
+// (core/trace_curves.hpp), a hidden surface ends at the surface that the photo shows. The outlines of the two surfaces are
+// simplified independently and lie at different depths. Without a hem, a moving camera would see a gap between them.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -80,7 +80,7 @@ private:
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
 
-    /// Returns the lattice position at a distance from an end along its outward direction; -1 outside the lattice.
+    /// Returns the lattice position that lies `distance` pixels outward from an end, or -1 if it is outside the lattice.
     std::int64_t position_at(const end& e, float distance) const {
         const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
         const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
@@ -113,7 +113,8 @@ private:
     }
 
     /// Whether a nearer surface is visible at an end. Checks both sides of the edge, because simplified outlines may be off by a
-    /// pixel. A surface counts as nearer if it lies half a step in front of the end; this share was tuned by experiment.
+    /// pixel. A surface counts as nearer if it lies more than half of max_step_ in front of the end, a threshold tuned by
+    /// experiment.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const std::int64_t position = position_at(e, distance);
@@ -135,8 +136,8 @@ private:
         std::sort(hidden_.begin(), hidden_.end());
     }
 
-    /// Returns the disparity of the farthest surface at a position among those of similar depth, which are nearer than
-    /// `disparity` or at most gap * max_step_ behind it. Returns negative infinity if there is none.
+    /// Returns the disparity of the farthest surface at a position among the surfaces of similar depth: from gap * max_step_
+    /// behind `disparity` to max_joined_step * max_step_ in front of it. Returns negative infinity if there is none.
     float nearer_surface(std::int64_t position, float disparity) const {
         if (position < 0) return nothing;
         float farthest = nothing;

@@ -26,7 +26,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Finds the pixel of a chart that touches a lattice corner, which is a point between pixels.
+/// Finds a chart's pixel at a corner of the lattice, which is a point between pixels.
 class pixel_finder {
 public:
     /// chart_of  chart of each pixel (chart_set::chart_of)
@@ -119,7 +119,7 @@ public:
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
         soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, limited_to(options, atlas.filter_padding));
-        const float max_edges = nearest_float(flat_.open_corners.size());  // more than there are, so that an infinite share fits
+        const float max_edges = nearest_float(flat_.open_corners.size());  // upper bound, for an infinite max_share
         builder.choose(static_cast<std::size_t>((std::min)(max_edges, options.max_share * bytes / edge_bytes)));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
@@ -174,7 +174,8 @@ private:
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
         // Hems may lie behind the farthest surface, by a disparity of 0.2 * surface_rule::max_step (hem_finder::gap). With the
-        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. This minimum limits the others.
+        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. The minimum below takes effect
+        // with other rules and ranges.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =

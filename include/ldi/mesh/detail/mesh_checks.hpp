@@ -1,4 +1,4 @@
-// Checks of the inputs that several public functions of the mesh share.
+// Input checks that several public mesh functions share.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

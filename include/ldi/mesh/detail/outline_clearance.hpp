@@ -1,5 +1,4 @@
-// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
-// outline.
+// Checks whether positions inside a chart are far enough from its outline for inner vertices.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

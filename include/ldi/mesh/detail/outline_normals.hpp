@@ -15,7 +15,7 @@ struct plane_vector {
     friend plane_vector operator/(plane_vector a, float divisor) { return {a.x / divisor, a.y / divisor}; }
 };
 
-/// Returns the unit normal of an outline edge that points out of the chart. The chart lies to the right of the edge. Returns the
+/// Returns an outline edge's unit normal, which points out of the chart. The chart lies to the right of the edge. Returns the
 /// zero vector for an edge between equal corners.
 inline plane_vector outward_normal(const outline_corner& from, const outline_corner& to) {
     const plane_vector normal{nearest_float(to.y - from.y), -nearest_float(to.x - from.x)};

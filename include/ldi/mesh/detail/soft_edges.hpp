@@ -26,12 +26,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Maximum factor by which a corner lengthens the strip, so that acute corners don't reach far. The exact factor is 1 / cos of
-/// half the turn; up to turns of 96 degrees it is below this limit.
+/// Maximum factor by which the miter at a corner widens the strip, so that sharp corners don't reach far. The exact factor is
+/// 1 / cos(turn / 2), which exceeds this limit only for turns above 96 degrees.
 inline constexpr float max_miter = 1.5F;
 
-/// Returns options whose widths the padding of the atlas can color. The strip's outermost half texel may lie beyond the padding,
-/// because it is almost transparent.
+/// Limits the widths of the strip to what the padding of the atlas can color. The strip's outermost half texel may lie beyond the
+/// padding, because it is almost transparent.
 inline soft_edge_options limited_to(soft_edge_options options, std::int32_t padding) {
     const float limit = (nearest_float(padding) + 0.5F) / max_miter;
     options.min_width = (std::min)(options.min_width, limit), options.max_width = (std::min)(options.max_width, limit);
@@ -137,8 +137,8 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the share of foreground color in each background
-    /// pixel.
+    /// Integrates the matte outward from the edge. Beyond the edge, the matte is the fraction of foreground color in each
+    /// background pixel.
     float matte_beyond(const outline_corner& c, plane_vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {

@@ -12,8 +12,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Divides an extent by evenly spaced lines at integer positions. A table stores the next line for each position, because every
-/// row of a chart looks up its first line.
+/// Divides an extent with evenly spaced lines at integer positions. A table stores the first line at or after each position,
+/// because every row of a chart looks up its first line.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {

@@ -1,4 +1,4 @@
-// The surfaces that the photo's camera sees, which hide others and lie beside silhouettes.
+// Disparity and matte of the surfaces that the photo's camera sees. Hems and soft edges depend on them.
 #pragma once
 
 #include <ldi/core/columns.hpp>

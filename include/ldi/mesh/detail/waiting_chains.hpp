@@ -1,6 +1,6 @@
 // Chains of vertices that wait for their triangles while the sweep (triangulate.hpp) moves down (de Berg et al., Computational
-// Geometry, chapter 3). Each monotone part of a polygon has one chain. When a vertex is added at either end, all triangles that
-// it makes possible are cut off.
+// Geometry, chapter 3). Each monotone part of a polygon has one chain. When a vertex is added at either end of a chain, all
+// triangles that the new vertex can form with the chain are cut off.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

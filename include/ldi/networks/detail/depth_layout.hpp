@@ -1,7 +1,7 @@
 // Merges two depth estimates of one photo, computed at a small and at a large size. Coarse structures become the mean of both
-// estimates; edges come from the estimate at the large size. Networks are consistent on small pictures and crisp on large ones
-// (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution
-// Merging, CVPR 2021, sections 3 and 5).
+// estimates; edges come from the estimate at the large size. Depth networks return consistent structures for small pictures and
+// sharp edges for large ones (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via
+// Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
 #pragma once
 
 #include <ldi/base/numbers.hpp>

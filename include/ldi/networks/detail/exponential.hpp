@@ -1,5 +1,5 @@
-// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds correctly. The method is
-// NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
+// exp() in float with the same bits on every machine: it uses only operations whose results IEEE 754 defines exactly. The method
+// is NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
 // computed with NumPy.
 #pragma once
 

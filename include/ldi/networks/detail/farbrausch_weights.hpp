@@ -98,7 +98,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The input of this level's encoder stage, which the decoder of the level also reads.
+    /// The input of a level's encoder stage. The decoder stage of the same level also reads it.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }

@@ -25,7 +25,7 @@ struct convolution_description {
     std::size_t input = 0;   ///< index of a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
-    bool depthwise = false;        ///< each output channel reads its own input channel only
+    bool depthwise = false;        ///< each output channel reads only the input channel with its index
     buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
     quantization weight_quantization;
     buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
@@ -36,7 +36,7 @@ struct addition_description {
     std::array<std::size_t, 2> inputs = {};  ///< indices of tensors
 };
 
-/// Enlarges a tensor by repeating every pixel `factor` times in both directions.
+/// Upsamples a tensor by repeating every pixel `factor` times in both directions.
 struct nearest_resize_description {
     std::size_t input = 0;  ///< index of a tensor
     std::size_t factor = 1;

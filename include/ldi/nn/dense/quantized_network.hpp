@@ -30,7 +30,7 @@ public:
     ///
     /// target  the instruction set to pack weights for; raises invalid_option if it is unavailable; does not affect results
     ///
-    /// Raises an error that names the tensor if ldi cannot run the network.
+    /// If ldi cannot run the network, raises an error that names the tensor.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
         check_available("quantized_network", target);
         detail::check_network(description);

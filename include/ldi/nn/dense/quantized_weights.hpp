@@ -26,7 +26,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs
 ///
-/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
+/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 upsampling by repeating pixels. The last operator computes the
 /// result of the network. The metadata entry "operator_names" may list the operators' names for messages, separated by spaces.
 ///
 /// Raises mismatch or invalid_data, with the name of the tensor, if the file has a different layout. The constructor of
@@ -93,7 +93,7 @@ private:
         return names;
     }
 
-    /// Returns an entry of the operator table. Raises an error unless it lies in [min, max].
+    /// Returns an entry of the operator table. Raises an error unless the entry lies in [min, max].
     std::size_t row(std::size_t i, std::size_t column, std::size_t min, std::size_t max) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < min || static_cast<std::size_t>(value) > max)

@@ -62,7 +62,7 @@ inline conv_f32_weights pack_convolution(isa target, std::span<const float> weig
                          static_cast<std::size_t>(kernel_size), after);
 }
 
-/// Channels and quantization of a source of bytes.
+/// Number of channels and quantization of an 8-bit source.
 struct quantized_source {
     std::size_t channels = 0;
     quantization values;
@@ -127,7 +127,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// result   plan.output_count() x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
-/// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
+/// The bits of an output depend on its window alone, not on the plan (full or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
               std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,

@@ -89,7 +89,7 @@ public:
     /// The segments, in ascending order of outputs.
     array_view<const segment> segments() const& { return parts_.segments; }
     array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The center pixel of each row of the window of a segment's first output; kernel_size pixels.
+    /// The kernel_size rows of the window of a segment's first output, top to bottom, each named by its center pixel.
     std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
     std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
     /// The irregular outputs, ascending.
@@ -204,7 +204,7 @@ inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_siz
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// The same for a view of a graph. Even in release builds, raises mismatch if an invariant of `graph` does not hold.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_all(g, kernel_size, detail::regular_pixels(detail::checked(g), kernel_size));
@@ -216,12 +216,12 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 /// map          coarsened::map of the result of coarsen(g)
 ///
 /// Raises invalid_option for any other kernel size. Raises mismatch if `map` belongs to a graph with a different number of pixels
-/// or a different lattice size, or if the kept pixels differ in a run that becomes a segment.
+/// or a different lattice size, or if its kept pixels do not match `g` in a run that becomes a segment.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(g, kernel_size));
 }
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// The same for a view of a graph. Even in release builds, raises mismatch if an invariant of `graph` does not hold.
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const level_map& map) {
     detail::check_kernel_size(kernel_size);
     return detail::plan_kept(g, kernel_size, map, detail::regular_pixels(detail::checked(g), kernel_size));

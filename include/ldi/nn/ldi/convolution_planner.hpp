@@ -12,13 +12,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the same plans as plan_convolution(). Consecutive plans of one kernel size cost less.
+/// Returns the same plans as plan_convolution(). Consecutive plans with the same kernel size cost less.
 class convolution_planner {
 public:
     /// The graph must outlive the planner.
     explicit convolution_planner(const graph& g) : g_(g), strips_(g) {}
     explicit convolution_planner(const graph&&) = delete;
-    /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+    /// The same for a view of a graph. Even in release builds, raises mismatch if an invariant of `graph` does not hold.
     explicit convolution_planner(const graph_view& g) : g_(detail::checked(g)), strips_(g) {}
 
     /// Same parameters and errors as plan_convolution().

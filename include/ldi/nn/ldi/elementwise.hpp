@@ -70,8 +70,8 @@ inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size,
     const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
     const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
     const std::uint32_t size = (std::min)(known, max_size);
-    // Rounds halves away from zero. Adding 0.5 never rounds up to the next integer: for every integer n, the quotient of two
-    // floats either equals n + 0.5 or differs from it by more than the rounding error of a double.
+    // Rounds halves away from zero. If the quotient is below n + 0.5 for an integer n, adding 0.5 never rounds up to n + 1: the
+    // quotient of two floats either equals n + 0.5 or differs from it by more than the rounding error of a double.
     const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
     const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
     return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));

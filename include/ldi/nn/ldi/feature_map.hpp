@@ -74,7 +74,7 @@ struct basic_feature_map {
     std::span<const Value> at(Index pixel) const&& = delete;  // the values would be destroyed with the map
 
     /// The map must outlive the view and keep its size. A temporary map also converts, so that it can be a function argument.
-    /// Therefore `feature_view y = layer(plan, x);` compiles, too, but `y` then refers to a destroyed map.
+    /// Therefore, even `feature_view y = layer(plan, x);` compiles, but `y` then refers to a destroyed map.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -120,7 +120,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>&&, const level
 
 namespace detail {
 
-/// Raises mismatch unless the values of a view are whole rows, and its mask, if any, has one entry per row.
+/// Raises mismatch unless the values of a view form whole rows, and its mask, if any, has one entry per row.
 template <class Value>
 void check_rows(const char* where, const basic_feature_view<Value>& view) {
     const std::size_t rows = view.channels > 0 ? view.values.size() / view.channels : 0;

@@ -43,8 +43,8 @@ basic_feature_map<Value> from_column(const Layers& layers) {
 }
 
 /// Writes a feature map to a column. If the column stores integers, rounds values to the nearest integer and clamps them to the
-/// range of the integer type; NaN becomes 0. Ignores the zero point of a map of bytes; dequantize() (nn/ldi/elementwise.hpp) such
-/// a map first, unless its zero point is 0.
+/// range of the integer type; NaN becomes 0. Ignores the zero point of a map of bytes. Unless that zero point is 0, convert the
+/// map with dequantize() (nn/ldi/elementwise.hpp) first.
 ///
 /// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
 /// scale  factor that multiplies every value before rounding
@@ -64,8 +64,8 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
         }
     std::transform(map.values.begin(), map.values.end(), column.begin(), [=](Value value) {
         if constexpr (std::integral<scalar>) {
-            // A double holds the product of two floats exactly, with 5 bits to spare. Adding 0.5 therefore never rounds up to the
-            // next integer.
+            // A double holds the product of two floats exactly, with 5 bits to spare. Adding 0.5 to a value whose fraction is
+            // below one half therefore never rounds up to the next integer.
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();

@@ -88,7 +88,7 @@ inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subse
     return detail::plan_of(std::move(parts));
 }
 
-/// Renumbers a plan's inputs and outputs for tensors that store only the rows of a subset each.
+/// Renumbers a plan's inputs and outputs for tensors that each store only the rows of one subset.
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   as in renumber_inputs()

@@ -1,5 +1,5 @@
 // Restricts the plan of a convolution to some of its outputs, so that the convolution computes only these, and lists the pixels
-// that a plan reads. Networks use both to compute, layer by layer, only what the wanted pixels need.
+// that a plan reads. Networks use both to compute, layer by layer, only the values on which the requested pixels depend.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

@@ -16,8 +16,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the slope of the photo's lines at one side of its border: steps along the border (down or to the right) per step
-/// inward.
+/// Measures the slope of the photo's lines at one side of its border. The slope is the number of steps along the border (down or
+/// to the right) per step inward.
 class border_lines {
 public:
     /// color   K x 3
@@ -51,10 +51,10 @@ public:
         return result;
     }
 
-    /// Appends the source of each rim pixel in line with the border pixel `start`, from the innermost outward, then the source of
-    /// each of the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path
-    /// leads inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of
-    /// rim pixels, or 0 if the surface ends within the rim.
+    /// Appends the source of each rim pixel, from the innermost pixel out to the border pixel `start`, then the source of each of
+    /// the `count` pixels past the border. A pixel gets the color of its source. The sources mirror the photo: their path leads
+    /// inward from the rim, along lines of the given slope, and turns back where the surface ends. Returns the number of rim
+    /// pixels, or 0 if the surface ends within the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -162,7 +162,7 @@ struct border_side {
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }
-    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outward.
+    /// Sets `shown` to the pixels whose colors the continuation past a border pixel repeats, from the border outward.
     void find_shown(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& shown) const {
         shown.clear();
         if (count == 0) return;

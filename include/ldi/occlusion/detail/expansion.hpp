@@ -100,14 +100,14 @@ public:
     }
 
 private:
-    // Growth is measured from the center of a pixel at the silhouette to the far edge of the last pixel that is at least partly
-    // uncovered. It therefore exceeds the parallax by up to three half pixels.
+    // The hidden surface must reach the far edge of the last pixel that is at least partly uncovered. Measured from the center of
+    // the pixel at the silhouette, this edge is up to 1.5 pixels farther away than the parallax.
     static constexpr float half_pixels = 1.5F;
 
-    // Distance along a curve, in pixel sides, over which the mesh mixes disparities because it smooths outlines.
+    // Distance along a curve, in pixel sides, over which the mesh blends disparities when it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
-    // Minimum additional room in pixels for which a pixel's origin changes.
+    // Minimum gain in remaining growth, in pixels, for which a pixel adopts another origin.
     static constexpr float min_gain = 0.5F;
 
     struct front_pixel {
@@ -187,7 +187,7 @@ private:
         return ends || other != no_pixel;
     }
 
-    // Whether a hidden surface lies at this disparity, within the threshold.
+    // Whether a hidden surface at this position has this disparity, within the threshold.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
@@ -247,10 +247,11 @@ private:
     }
 
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
-    // line that leads from the curve's end behind the front surface. The line is as long as the surface grows at that end, so a
-    // surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction, a value
-    // tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow front, or
-    // around the line. Steps that meet the same surface outside, for example between the lines of two curves, are also allowed.
+    // line that starts at the curve's end and leads behind the front surface. The line is as long as the surface grows at that
+    // end, so a surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction,
+    // a value tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow
+    // front, or around the line. Steps that meet a hidden pixel of the same surface outside, for example between the lines of two
+    // curves, are also allowed.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -274,7 +275,7 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
-    float parallax_ = 0.0F;                // maximum parallax, in pixels, of a disparity difference of 1
+    float parallax_ = 0.0F;                // maximum parallax, in pixels, for a disparity difference of 1
     buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it

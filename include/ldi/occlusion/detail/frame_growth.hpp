@@ -102,13 +102,13 @@ public:
     const frame_pixels& pixels() const { return pixels_; }
 
 private:
-    /// A run of old pixels, and the lengths of its continuation to the left and to the right.
+    /// A run of old pixels, and the lengths of its continuations to the left and to the right.
     struct line {
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. If that pixel is old, it is also `source`; if it is new, `source` is the old pixel that it shows. `border` is the
-    /// border pixel whose disparity the column gets.
+    /// row. `source` is that pixel if it is old, else the old pixel whose color it repeats. `border` is the border pixel whose
+    /// disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -170,7 +170,7 @@ private:
         }
     }
 
-    /// Links a strip to the strip of the pixel above its border pixel, up to the length of the shorter one. `step` is the
+    /// Links a strip to the strip that belongs to the pixel above its border pixel, as far as both strips reach. `step` is the
     /// difference in index to the next pixel outward.
     void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
         here.push_back(s);

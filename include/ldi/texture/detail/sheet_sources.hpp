@@ -19,11 +19,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
-    cleaned,  ///< photo color, with the neighboring surface's share removed
+    cleaned,  ///< photo color, with the neighboring surface's contribution removed
 };
 
-/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Pixel (0, 0) is the top left corner of
-/// the padding.
+/// Color sources of the pixels in a chart's bounding box and in the padding around that box. Pixel (0, 0) is the top left corner
+/// of the padding.
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
@@ -46,9 +46,9 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// Returns the color of the other surface that may be mixed into this pixel. Among the photo's colors within `reach`, at
-    /// pixels whose own source is not `photo`, it is the color that differs most from the pixel's own color. Returns the pixel's
-    /// own color if there is no such pixel.
+    /// Estimates the color of the other surface that may be mixed into this pixel: among the photo's pixels within `reach` whose
+    /// own source is not `photo`, the color that differs most from this pixel's own color. Returns this pixel's own color if
+    /// there is no such pixel.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};

@@ -31,8 +31,8 @@ struct integer_adder {
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. Subtracting 1 from negative values first
-    /// makes it round their halves down, away from zero.
+    /// Returns sums without the zero point. A shift that adds half rounds halves up. The halves of negative values must round
+    /// down, away from zero, so 1 is first subtracted from these values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));

@@ -8,7 +8,7 @@
 //     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
 //     load_weights(from)                              loads a group's weights for `width` outputs
 //     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,

@@ -18,7 +18,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 inline constexpr std::int64_t max_depthwise_bias = (std::int64_t{1} << 30) - 1;  // limit of pack_depthwise_u8()
 
-/// Factor that converts sums in the accumulator's unit to the output's unit. The order of operations determines the last bit.
+/// Factor that converts sums in the accumulator's unit to the output's unit. The order of the operations affects the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }

@@ -28,9 +28,9 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< sizes of the stored input, before `repeat` enlarges it, and of the result
+    tensor_size input, output;  ///< sizes of the stored input, before `repeat` upsamples it, and of the result
     std::size_t input_channels = 0;
-    std::size_t repeat = 1;        ///< depthwise only: factor by which the stage enlarges its input first
+    std::size_t repeat = 1;        ///< depthwise only: factor by which the stage first upsamples its input
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
     bool chain_is_second = false;  ///< addition only: the chain computes the second operand
     std::size_t rows = 0;          ///< rows computed per step
@@ -48,7 +48,7 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Factor by which the stage enlarges its input: as a resize, or as a depthwise convolution of repeated pixels.
+    /// Factor by which the stage upsamples its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
@@ -76,7 +76,7 @@ struct chain_stage {
     static constexpr std::size_t slack = 64;  ///< kernels require this many readable bytes after the last value
 };
 
-/// minimum pixels per step: enough to reuse packed weights while they are in the cache
+/// Minimum number of pixels per step: enough to reuse packed weights while they are in the cache.
 inline constexpr std::size_t wanted_pixels = 64;
 
 /// Sets the number of rows that each stage computes per step and the number of rows that its ring keeps.
@@ -111,7 +111,7 @@ struct row_source {
         if (y >= middle.end) return behind + (y + reach - middle.end) * row_bytes;
         return rows + y * row_bytes;
     }
-    /// Number of contiguous rows that start with row y.
+    /// Number of contiguous rows, starting with row y.
     std::size_t run(std::size_t y) const {
         return (y < middle.first ? middle.first : y < middle.end ? middle.end : ~std::size_t{0}) - y;
     }
@@ -167,7 +167,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Number of contiguous rows of a stage's result that start with row y.
+    /// Number of contiguous rows of a stage's result, starting with row y.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }

@@ -51,7 +51,7 @@ inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer,
 }
 
 /// Whether `next` may extend a chain that ends with `layer`: both belong to an inverted residual block (1 x 1 convolution,
-/// enlargement, depthwise convolution, 1 x 1 convolution, additions).
+/// upsampling, depthwise convolution, 1 x 1 convolution, additions).
 inline bool continues(const packed_layer& layer, const packed_layer& next) {
     const bool is_resize = std::holds_alternative<resize_layer>(layer.kind);
     if (std::holds_alternative<depthwise_layer>(next.kind)) return pointwise(layer) != nullptr || is_resize;
