@@ -1210,40 +1210,6 @@ struct depth_range {
 
 }}  // namespace ldi
 
-// ---- ldi/base/printable.hpp
-// Text for error messages: formats numbers and image sizes, and sanitizes names read from files.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Shortens a name that was read from a file, and replaces unprintable characters.
-inline std::string printable(std::string_view name) {
-    if (name.empty()) return "an empty name";
-    constexpr std::size_t max_length = 80;
-    std::string result(name.substr(0, max_length));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > max_length ? "..." : "");
-}
-
-/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
-inline std::string to_text(double value) {
-    if (std::isnan(value)) return "nan";
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.7g", value);
-    return digits;
-}
-
-/// Formats the size of an image or view: "480 x 640 x 3".
-inline std::string shape_text(const auto& picture) {
-    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
-           std::to_string(picture.channels());
-}
-
-/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
-inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
@@ -1668,8 +1634,6 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
     if (!disparity.empty() && disparity.size() != g.size())
         raise(error_code::mismatch, "canonical_order", std::to_string(g.size()) + " disparities",
               std::to_string(disparity.size()));
-    for (const float d : disparity)
-        if (std::isnan(d)) raise(error_code::invalid_data, "canonical_order", "disparities without NaN", to_text(d));
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -1685,6 +1649,11 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
         return run_precedes(g.x()[a], a, g.x()[b], b,
                             [&](std::int32_t pixel) { return nearness == nullptr ? 0.0F : nearness[pixel]; });
     };
+    if (nearness != nullptr)
+        for (const std::int32_t start : starts)
+            if (std::isnan(nearness[start]))
+                raise(error_code::invalid_data, "canonical_order", "disparities without NaN",
+                      "NaN at pixel " + std::to_string(start));
     buffer<std::int32_t> order;
     order.reserve(g.size());
     for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
@@ -1701,7 +1670,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 /// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN
+///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN at the
+///            first pixel of a run
 ///
 /// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
@@ -10446,6 +10416,40 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 }
 
 }}  // namespace ldi
+
+// ---- ldi/base/printable.hpp
+// Text for error messages: formats numbers and image sizes, and sanitizes names read from files.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Shortens a name that was read from a file, and replaces unprintable characters.
+inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
+    constexpr std::size_t max_length = 80;
+    std::string result(name.substr(0, max_length));
+    for (char& c : result)
+        if (c < ' ' || c > '~') c = '?';
+    return result + (name.size() > max_length ? "..." : "");
+}
+
+/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
+inline std::string to_text(double value) {
+    if (std::isnan(value)) return "nan";
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.7g", value);
+    return digits;
+}
+
+/// Formats the size of an image or view: "480 x 640 x 3".
+inline std::string shape_text(const auto& picture) {
+    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
+           std::to_string(picture.channels());
+}
+
+/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
+inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
+
+}}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
 // Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.

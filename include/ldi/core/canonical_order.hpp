@@ -5,7 +5,6 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/printable.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/validate.hpp>
@@ -41,8 +40,6 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
     if (!disparity.empty() && disparity.size() != g.size())
         raise(error_code::mismatch, "canonical_order", std::to_string(g.size()) + " disparities",
               std::to_string(disparity.size()));
-    for (const float d : disparity)
-        if (std::isnan(d)) raise(error_code::invalid_data, "canonical_order", "disparities without NaN", to_text(d));
     // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -58,6 +55,11 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
         return run_precedes(g.x()[a], a, g.x()[b], b,
                             [&](std::int32_t pixel) { return nearness == nullptr ? 0.0F : nearness[pixel]; });
     };
+    if (nearness != nullptr)
+        for (const std::int32_t start : starts)
+            if (std::isnan(nearness[start]))
+                raise(error_code::invalid_data, "canonical_order", "disparities without NaN",
+                      "NaN at pixel " + std::to_string(start));
     buffer<std::int32_t> order;
     order.reserve(g.size());
     for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
@@ -74,7 +76,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 /// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN
+///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN at the
+///            first pixel of a run
 ///
 /// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
