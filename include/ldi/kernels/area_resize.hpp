@@ -64,11 +64,10 @@ namespace detail {
 
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
-#if !LDI_HAS_EXTENSIONS
-    // The product is exact in double. The cast rounds it to float before the compiler can fuse it with a sum.
-    return static_cast<float>(double{weight} * double{value});
-#else
+#if LDI_HAS_EXTENSIONS
     return weight * value;
+#else
+    return rounded_product(weight, value);
 #endif
 }
 

@@ -46,8 +46,7 @@ struct unfused_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // The product is exact in double. The cast rounds it to float before the compiler can fuse it with the sum.
-        const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
+        const float product = detail::rounded_product(detail::nearest_float(accumulator), scale);
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
 };
