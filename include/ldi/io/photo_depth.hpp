@@ -259,7 +259,7 @@ inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> by
     const picture_header header = detail::take_photo_header(bytes, budget, where);
     if (detail::is_png(bytes))
         budget.charge((std::min)(detail::memory_of_halves(header.height, header.width), detail::nearest_double(budget.left())),
-                    where, "a photo beside its depth map");
+                      where, "a photo beside its depth map");
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);
     try {
         detail::take_depth_inside(bytes, budget, where);

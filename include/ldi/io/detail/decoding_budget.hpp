@@ -73,7 +73,7 @@ public:
         charge(pixels * nearest_double(header.memory_per_pixel) + header.more_memory, where, size);
         if (header.scanned_channels > 0)
             charge_samples(nearest_double(header.scanned_channels) * pixels, where,
-                         size + ", " + std::to_string(header.scanned_channels) + " times");
+                           size + ", " + std::to_string(header.scanned_channels) + " times");
     }
 
 private:

@@ -89,7 +89,7 @@ private:
         header.more_memory = c.memory + 4e6;  // memory of the decoder itself
         budget.charge(header, where);
         budget.charge_samples(3 * c.pixels, where,
-                            "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
+                              "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
         return header;
     }
 

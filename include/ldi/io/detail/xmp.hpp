@@ -84,7 +84,7 @@ private:
         const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
         const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
         budget.charge(33'000 + 2 * nearest_double(packet.size()) + 128 * nearest_double(marks), where,
-                    "XMP of " + std::to_string(packet.size()) + " bytes");
+                      "XMP of " + std::to_string(packet.size()) + " bytes");
     }
 
     /// Visits all elements without recursion, so that nesting cannot exhaust the stack.
