@@ -97,7 +97,7 @@ MEASUREMENTS = {
         (QUALITY, rf"tiefenrausch_small \| {N} \| {N} \| [\d.]+ \| {N} \|"),
         ("README.md", rf"our depth network, [\d.]+ MB \| {N} \| {N} \| {N} \|"),
         (STUDENT, rf"gives {N}, {N} and {N}, the figures on the front page"),
-        (PAPER, rf"have {N}, {N} for the same weights")),
+        (PAPER, rf"report {N} and {N} for the same weights")),
     "quality of the published depth network": (
         (QUALITY, rf"Tiefenrausch, published \| {N} \| {N} \| [\d.]+ \| {N} \|"),
         ("README.md", rf"the paper authors' \| {N} \| {N} \| {N} \|"),
