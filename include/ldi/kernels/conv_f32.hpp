@@ -31,7 +31,7 @@ inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_WASM_KERNELS
     {isa::wasm_simd128, wasm_simd128::conv_f32_layout, wasm_simd128::conv_f32},
 #endif
-    {isa::scalar, scalar::conv_f32_layout, scalar::conv_f32},
+    {isa::scalar, scalar::panels, scalar::conv_f32},
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 

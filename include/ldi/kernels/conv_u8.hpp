@@ -35,7 +35,7 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_WASM_KERNELS
     {isa::wasm_simd128, wasm_simd128::conv_u8_layout, 0, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
 #endif
-    {isa::scalar, scalar::conv_u8_layout, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+    {isa::scalar, scalar::panels, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
