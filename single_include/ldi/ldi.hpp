@@ -4383,53 +4383,6 @@ struct add_u8_kernel {
 
 }}  // namespace ldi
 
-// ---- ldi/kernels/detail/conv_weights.hpp
-// Arguments of kernels/conv_f32.hpp and kernels/conv_u8.hpp for one panel of outputs, on all instruction sets.
-
-#include <limits>
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Pixels, and the weights of one panel.
-template <class Value>
-struct conv_panel_input {
-    const Value* const* rows;  ///< addresses of the first pixel's pieces
-    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
-    std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;  ///< weights of the panel
-};
-
-/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
-constexpr float lowest_before(float negative_slope) {
-    using limits = std::numeric_limits<float>;
-    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
-}
-
-/// Destination of one panel's results, and the constants that turn sums into results.
-template <class Result>
-struct conv_panel_output {
-    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
-    float negative_slope, lowest;
-    std::size_t stride;  ///< distance between adjacent pixels, in values
-    std::size_t count;   ///< remaining outputs of the layer
-    Result* values;
-
-    template <class Weights>
-    conv_panel_output(const Weights& weights, const float* of_pixels, Result* result)
-        : bias(weights.bias.data()),
-          ratios(of_pixels),
-          negative_slope(weights.negative_slope),
-          lowest(lowest_before(negative_slope)),
-          stride(weights.outputs),
-          count(weights.outputs),
-          values(result) {}
-
-    /// Advances to the next panel.
-    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
-};
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/kernels/detail/panel_cut.hpp
 // Splits the outputs of a matrix product or a convolution into panels, and packs the weights panel by panel.
 
@@ -4486,6 +4439,66 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
         first = last;
     }
 }
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/conv_weights.hpp
+// Arguments of kernels/conv_f32.hpp and kernels/conv_u8.hpp for one panel of outputs, on all instruction sets.
+
+#include <limits>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Pixels, and the weights of one panel.
+template <class Value, class Weight>
+struct conv_panel_input {
+    const Value* const* rows;  ///< addresses of the first pixel's pieces
+    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
+    std::size_t row_count, inputs, pixel_stride;
+    const Weight* weights;  ///< weights of the panel
+
+    template <class Weights>
+    conv_panel_input(const Weights& layer, const Value* const* of_first_pixel, std::size_t stride)
+        : rows(of_first_pixel), row_count(layer.rows), inputs(layer.inputs), pixel_stride(stride), weights(layer.values.data()) {}
+
+    /// Number of values to prefetch per group of inputs. Kernels prefetch the next tile's inputs at an even pace, because the
+    /// hardware prefetcher loads them too late.
+    std::size_t fetch_step(std::size_t tile_pixels, std::size_t group) const {
+        return tile_pixels * pixel_stride / groups_of(inputs, group);
+    }
+};
+template <class Weights, class Value>
+conv_panel_input(const Weights&, const Value* const*, std::size_t)
+    -> conv_panel_input<Value, typename decltype(Weights::values)::value_type>;
+
+/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
+constexpr float lowest_before(float negative_slope) {
+    using limits = std::numeric_limits<float>;
+    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
+}
+
+/// Destination of one panel's results, and the constants that turn sums into results.
+template <class Result>
+struct conv_panel_output {
+    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
+    float negative_slope, lowest;
+    std::size_t stride;  ///< distance between adjacent pixels, in values
+    std::size_t count;   ///< remaining outputs of the layer
+    Result* values;
+
+    template <class Weights>
+    conv_panel_output(const Weights& weights, const float* of_pixels, Result* result)
+        : bias(weights.bias.data()),
+          ratios(of_pixels),
+          negative_slope(weights.negative_slope),
+          lowest(lowest_before(negative_slope)),
+          stride(weights.outputs),
+          count(weights.outputs),
+          values(result) {}
+
+    /// Advances to the next panel.
+    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
+};
 
 }}}  // namespace ldi::detail
 
@@ -4639,12 +4652,90 @@ struct relu_requantizer {
     }
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, float32x4_t values, std::size_t count) {
+    if (count >= 4) return vst1q_f32(to, values);
+    vst1q_lane_f32(to, values, 0);
+    if (count > 1) vst1q_lane_f32(to + 1, values, 1);
+    if (count > 2) vst1q_lane_f32(to + 2, values, 2);
+}
+
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
+}
+
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
+
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4660,22 +4751,27 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -4942,12 +5038,90 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
     for (; i < count; ++i) to[i] = from[i];
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, v128_t values, std::size_t count) {
+    if (count >= 4) return wasm_v128_store(to, values);
+    wasm_v128_store32_lane(to, values, 0);
+    if (count > 1) wasm_v128_store32_lane(to + 1, values, 1);
+    if (count > 2) wasm_v128_store32_lane(to + 2, values, 2);
+}
+
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
+}
+
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
+
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4963,22 +5137,27 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -5192,12 +5371,89 @@ struct requantizer {
     }
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, __m256 values, std::size_t count) {
+    if (count >= 8) return _mm256_storeu_ps(to, values);
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane), values);
+}
+
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
+}
+
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
+
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5213,22 +5469,27 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -5743,6 +6004,8 @@ constexpr activation leaky_relu(float negative_slope) { return {negative_slope};
 /// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
 struct conv_f32_weights {
     using value_type = float;
+    template <class Result>
+    using panel_output = detail::conv_panel_output<Result>;
 
     static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_weights
 
@@ -5782,74 +6045,43 @@ struct conv_f32_kernel {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t conv_width = 8, conv_max_vectors = 3;
-
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256* sums, const float* input,
-                                                const __m256* weights) {
-    const __m256 x = _mm256_set1_ps(*input);
-    ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
-}
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 8, 3};
+    static constexpr std::size_t pixels[] = {12, 6, 4}, rest_pixels = 4;
+    using sums_type = __m256;
+    using weights_type = __m256;
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 __m256 values) {
-    const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), values);
-    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return _mm256_storeu_ps(to, activated);
-    const int count = out.count > from ? static_cast<int>(out.count - from) : 0;
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(count), lane), activated);
-}
+    [[gnu::always_inline]] static __m256 add_products(__m256 sums, __m256 inputs, __m256 weights) {
+        return _mm256_fmadd_ps(inputs, weights, sums);
+    }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {12, 6, 4};
-
-    template <std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const detail::conv_panel_input<float>& input,
-                     std::size_t first_pixel, const detail::conv_panel_output<float>& out) {
-        __m256 sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const float* weights = input.weights;
-        // number of values to prefetch per input, as in detail/conv_avx512.hpp
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* x = input.rows[r] + first_pixel * stride;
-            const float* next_tile = x + sizeof...(p) * stride;
-            for (std::size_t i = 0; i < input.inputs; ++i) {
-                const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
-                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-                ++x;
-                next_tile += fetch;
-                weights += sizeof...(v) * conv_width;
-            }
+    template <std::size_t... p, std::size_t... v, class Input>
+    [[gnu::always_inline]] static void add_piece(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256* sums,
+                                                 const float* inputs, const Input& from, std::size_t fetch,
+                                                 const float*& weights) {
+        const std::size_t stride = from.pixel_stride;
+        const float* next_tile = inputs + sizeof...(p) * stride;
+        for (std::size_t i = 0; i < from.inputs; ++i) {
+            const __m256 w[] = {_mm256_loadu_ps(weights + v * layout.lanes)...};
+            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+            (add_group<conv_f32_set>(vectors, sums + p * sizeof...(v), _mm256_set1_ps(inputs[p * stride]), w), ...);
+            ++inputs;
+            next_tile += fetch;
+            weights += sizeof...(v) * layout.lanes;
         }
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              __m256 sums, float ratio) {
+        const __m256 value = _mm256_fmadd_ps(sums, _mm256_set1_ps(ratio), _mm256_loadu_ps(out.bias + from));
+        const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), value);
+        const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 LDI_END_TARGET
 
@@ -5882,7 +6114,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 /// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide; this halves its cost on
 /// processors that split 512-bit instructions in two (Zen 4).
-inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
+inline constexpr std::size_t conv_half = 8, conv_whole = 16;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -5951,16 +6183,15 @@ struct conv_tile_pointers {
 };
 
 /// Computes one tile: passes each group of inputs to Kernel::multiply_add().
-template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                             const detail::conv_panel_input<Value>& input, std::size_t first_pixel,
-                                             conv_tile_sums& tile_sums) {
+template <class Kernel, std::size_t half, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::noinline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                        const detail::conv_panel_input<Value, Weight>& input, std::size_t first_pixel,
+                                        conv_tile_sums& tile_sums) {
     constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
     const auto* weights = input.weights;
-    // Prefetches the next tile's inputs at an even pace, because the hardware prefetcher loads them too late.
-    const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
+    const std::size_t fetch = input.fetch_step(sizeof...(p), group);
     for (std::size_t r = 0; r < input.row_count; ++r) {
         const Value* const x = input.rows[r] + first_pixel * stride;
         const Value* next_tile = x + sizeof...(p) * stride;
@@ -5985,12 +6216,38 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
+[[gnu::always_inline]] inline void store_existing(float* to, __mmask16 existing, __m512 values) {
+    _mm512_mask_storeu_ps(to, existing, values);
+}
+/// Rounds, clamps and writes the existing values.
+[[gnu::always_inline]] inline void store_existing(std::uint8_t* to, __mmask16 existing, __m512 values) {
+    const __m512 clamped = _mm512_min_ps(_mm512_max_ps(values, _mm512_setzero_ps()), _mm512_set1_ps(255.0F));
+    _mm_mask_storeu_epi8(to, existing, _mm512_cvtepi32_epi8(_mm512_cvtps_epi32(clamped)));
+}
+
+/// Converts the sums of a tile to results, and stores them.
+template <class Kernel, class Output>
+[[gnu::noinline]] inline void finish_conv_tile(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                               std::size_t pixels, const Output& out) {
+    const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+    const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+    for (std::size_t v = 0; v < vectors; ++v) {
+        const std::size_t from = v * conv_whole;
+        const __mmask16 existing = existing_outputs(out, from);
+        const typename Kernel::finisher finish(out, from, existing);
+        const float *sum = sums.lanes + from, *ratio = ratios;
+        auto* to = out.values + first_pixel * stride + from;
+        for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride)
+            store_existing(to, existing, finish(_mm512_load_ps(sum), _mm512_set1_ps(*ratio)));
+    }
+}
+
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6006,29 +6263,40 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
-/// The primitives that generic/conv_walk.hpp requires.
+/// The primitives that generic/conv_walk.hpp requires. The class Kernel has these members:
+///
+///     group                                      inputs per multiplication
+///     load(input), load_rest(input, count)       load a group of inputs, or fewer
+///     multiply_add(vectors, sums, inputs, weights)  adds the products of one group
+///     finisher(output, from, existing)           class that converts sums and a ratio to results, for outputs `from` and
+///     following
 template <class Kernel>
 struct conv_tiles {
-    static constexpr std::size_t group = Kernel::group, width = conv_half, max_vectors = conv_max_halves, rest_pixels = 8;
-    static constexpr std::size_t pixels[max_vectors] = {24, 24, 12, 12, 8};
+    static constexpr detail::panel_layout layout{Kernel::group, conv_half, 5};
+    static constexpr std::size_t pixels[layout.max_vectors] = {24, 24, 12, 12, 8}, rest_pixels = 8;
 
     template <class Pixels, std::size_t... h, class Input, class Output>
     static void tile(Pixels pixels_of_tile, std::index_sequence<h...>, const Input& input, std::size_t first_pixel,
@@ -6036,8 +6304,8 @@ struct conv_tiles {
         constexpr std::size_t whole = sizeof...(h) / 2, half = sizeof...(h) % 2;
         static_assert(Pixels::size() * (whole + half) <= 24);
         conv_tile_sums sums;
-        Kernel::template sum<half>(pixels_of_tile, std::make_index_sequence<whole>{}, input, first_pixel, sums);
-        Kernel::finish(sums, whole + half, first_pixel, Pixels::size(), out);
+        conv_tile<Kernel, half>(pixels_of_tile, std::make_index_sequence<whole>{}, input, first_pixel, sums);
+        finish_conv_tile<Kernel>(sums, whole + half, first_pixel, Pixels::size(), out);
     }
 };
 
@@ -6074,43 +6342,21 @@ struct conv_f32_sums {
         }
     }
 
-    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const detail::conv_panel_output<float>& out) {
-        const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
-        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
-        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
-        for (std::size_t v = 0; v < vectors; ++v) {
-            const std::size_t from = v * conv_whole;
-            const __mmask16 existing = existing_outputs(out, from);
-            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
-            const float *sum = sums.lanes + from, *ratio = ratios;
-            float* to = out.values + first_pixel * stride + from;
-            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-                const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
-                _mm512_mask_storeu_ps(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
-            }
-        }
-    }
+    struct finisher {
+        __m512 slope, lowest, bias;
 
-    template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<float>& input,
-                                      std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_f32_sums, half>(pixels, vectors, input, first_pixel, sums);
-    }
+        [[gnu::always_inline]] finisher(const detail::conv_panel_output<float>& out, std::size_t from, __mmask16 existing)
+            : slope(_mm512_set1_ps(out.negative_slope)),
+              lowest(_mm512_set1_ps(out.lowest)),
+              bias(_mm512_maskz_loadu_ps(existing, out.bias + from)) {}
+
+        [[gnu::always_inline]] __m512 operator()(__m512 sums, __m512 ratio) const {
+            const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(sums, ratio, bias));
+            return _mm512_max_ps(_mm512_mul_ps(values, slope), values);
+        }
+    };
 };
 using conv_f32_tiles = conv_tiles<conv_f32_sums>;
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
 
 LDI_END_TARGET
 
@@ -6129,12 +6375,14 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
-
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// The primitives that multiply_add_groups() requires.
-struct conv_products {
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 4, 4};
+    static constexpr std::size_t pixels[] = {12, 8, 7, 6}, rest_pixels = 4;
+    using sums_type = float32x4_t;
+
+    /// The primitives that multiply_add_groups() requires.
     static constexpr std::size_t group = 1;
     using inputs_type = float32x4_t;
 
@@ -6148,55 +6396,23 @@ struct conv_products {
         if constexpr (count == 2) return vcombine_f32(vld1_f32(from), vdup_n_f32(0.0F));
         return vld1q_dup_f32(from);
     }
-};
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 float32x4_t values) {
-    const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
-    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // ignores NaN (infinity * 0)
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return vst1q_f32(to, activated);
-    if (out.count > from) vst1q_lane_f32(to, activated, 0);
-    if (out.count > from + 1) vst1q_lane_f32(to + 1, activated, 1);
-    if (out.count > from + 2) vst1q_lane_f32(to + 2, activated, 2);
-}
+    template <class Pixels, class Vectors, class Input>
+    [[gnu::always_inline]] static void add_piece(Pixels tile_pixels, Vectors vectors, float32x4_t* sums, const float* inputs,
+                                                 const Input& from, std::size_t, const float*& weights) {
+        multiply_add_groups<conv_f32_set>(tile_pixels, vectors, sums, weights, inputs, from.pixel_stride, from.inputs);
+    }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width, vfmaq_f32(load(out.bias + v * conv_width), sums[v], ratio)), ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {12, 8, 7, 6};
-
-    template <std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<float>& input, std::size_t first_pixel,
-                     const detail::conv_panel_output<float>& out) {
-        float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r)
-            multiply_add_groups<conv_products>(pixels_of_tile, vectors, sums, weights, input.rows[r] + first_pixel * stride,
-                                               stride, input.inputs);
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              float32x4_t sums, float ratio) {
+        const float32x4_t value = vfmaq_f32(load(out.bias + from), sums, vdupq_n_f32(ratio));
+        const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), value);
+        // ignores NaN (infinity * 0)
+        const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 LDI_END_TARGET
 
@@ -6204,17 +6420,17 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_f32/scalar.hpp
-// kernels/conv_f32.hpp in portable C++.
+// ---- ldi/kernels/detail/scalar_tiles.hpp
+// Loops of gemm_u8, conv_f32 and conv_u8 in portable C++.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of outputs that are adjacent in memory. Compilers vectorize the loop over them.
-inline constexpr std::size_t conv_panel = 8;
-inline constexpr detail::panel_layout conv_f32_layout{1, conv_panel, 1};
+/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
+inline constexpr std::size_t panel_outputs = 8;
+inline constexpr detail::panel_layout panels{1, panel_outputs, 1};
 
-/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse only in some
-/// tiles, and a pixel's bits would depend on its tile.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
+/// only, and a pixel's bits would depend on its tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);
@@ -6222,42 +6438,62 @@ inline float multiply_add(float a, float b, float c) {
     return a * b + c;
 #endif
 }
+inline std::int32_t multiply_add(std::int16_t a, std::int16_t b, std::int32_t c) { return std::int32_t{a} * std::int32_t{b} + c; }
 
 /// Computes `pixels` pixels with one panel of weights.
-template <std::size_t pixels>
-inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
-                      std::size_t first_output, const float* ratios, float* result) {
-    float sums[pixels][conv_panel] = {};
-    const float* values = weights.values.data() + first_output * weights.rows * weights.inputs;
-    for (std::size_t r = 0; r < weights.rows; ++r) {
-        const float* const input = rows[r] + offset;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
-            for (std::size_t p = 0; p < pixels; ++p)
-                for (std::size_t o = 0; o < conv_panel; ++o)
-                    sums[p][o] = multiply_add(input[p * pixel_stride + i], values[o], sums[p][o]);
-    }
-    const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
-    const float lowest = detail::lowest_before(weights.negative_slope);
+template <std::size_t pixels, class Value, class Weight, class Start, class Store>
+void compute_tile(const detail::weight_shape& shape, const Value* const* pieces, std::size_t first_pixel,
+                  std::size_t pixel_stride, const Weight* weights, Start start, std::size_t first_output, Store store) {
+    decltype(start(0)) sums[pixels][panel_outputs];
     for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < count; ++o) {
-            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
-            const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
-            result[p * weights.outputs + first_output + o] =
-                value > 0.0F ? value : (std::max)(value, lowest) * weights.negative_slope;
-        }
+        for (std::size_t o = 0; o < panel_outputs; ++o) sums[p][o] = start(first_output + o);
+    weights += first_output * shape.pieces * shape.inputs;
+    for (std::size_t piece = 0; piece < shape.pieces; ++piece) {
+        const Value* const input = pieces[piece] + first_pixel * pixel_stride;
+        for (std::size_t i = 0; i < shape.inputs; ++i, weights += panel_outputs)
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const auto x = input[p * pixel_stride + i];
+                for (std::size_t o = 0; o < panel_outputs; ++o) sums[p][o] = multiply_add(x, weights[o], sums[p][o]);
+            }
+    }
+    const std::size_t count = (std::min)(panel_outputs, shape.outputs - first_output);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < count; ++o) store(first_pixel + p, first_output + o, sums[p][o]);
 }
+
+/// Computes all outputs of all pixels.
+///
+/// pieces  addresses of the first pixel's pieces
+/// start   start(output) returns the start value of a sum; also called for the outputs that pad the last panel
+/// store   store(pixel, output, sum) converts a sum to a result and stores it
+template <class Value, class Weight, class Start, class Store>
+void compute_tiles(const detail::weight_shape& shape, const Value* const* pieces, std::size_t pixel_stride, std::size_t pixels,
+                   const Weight* weights, Start start, Store store) {
+    constexpr std::size_t tile = 4;
+    for (std::size_t o = 0; o < shape.outputs; o += panel_outputs) {
+        std::size_t p = 0;
+        for (; p + tile <= pixels; p += tile) compute_tile<tile>(shape, pieces, p, pixel_stride, weights, start, o, store);
+        for (; p < pixels; ++p) compute_tile<1>(shape, pieces, p, pixel_stride, weights, start, o, store);
+    }
+}
+
+}}}  // namespace ldi::scalar
+
+// ---- ldi/kernels/conv_f32/scalar.hpp
+// kernels/conv_f32.hpp in portable C++.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    constexpr std::size_t tile = 4;
-    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
-    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
-        std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile)
-            conv_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
-        for (; p < pixels; ++p)
-            conv_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
-    }
+    const float slope = weights.negative_slope, lowest = detail::lowest_before(slope);
+    const auto store = [=, outputs = weights.outputs, bias = weights.bias.data()](std::size_t p, std::size_t o, float sum) {
+        const float value = multiply_add(sum, ratios == nullptr ? 1.0F : ratios[p], bias[o]);
+        result[p * outputs + o] = value > 0.0F ? value : (std::max)(value, lowest) * slope;
+    };
+    compute_tiles(
+        {weights.outputs, weights.rows, weights.inputs}, rows, pixel_stride, pixels, weights.values.data(),
+        [](std::size_t) { return 0.0F; }, store);
 }
 
 }}}  // namespace ldi::scalar
@@ -6274,68 +6510,36 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 4, 2};
+    static constexpr std::size_t pixels[] = {6, 4}, rest_pixels = 4;
+    using sums_type = v128_t;
+    using weights_type = v128_t;
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const float* input,
-                                                const v128_t* weights) {
-    const v128_t x = wasm_v128_load32_splat(input);
-    ((sums[v] = wasm_f32x4_add(sums[v], wasm_f32x4_mul(x, weights[v]))), ...);
-}
+    [[gnu::always_inline]] static v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
+        return wasm_f32x4_add(sums, wasm_f32x4_mul(inputs, weights));
+    }
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 v128_t values) {
-    const v128_t finite = wasm_f32x4_pmax(values, wasm_f32x4_splat(out.lowest));
-    const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return wasm_v128_store(to, activated);
-    if (out.count > from) wasm_v128_store32_lane(to, activated, 0);
-    if (out.count > from + 1) wasm_v128_store32_lane(to + 1, activated, 1);
-    if (out.count > from + 2) wasm_v128_store32_lane(to + 2, activated, 2);
-}
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width,
-                   wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_width))),
-     ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {6, 4};
-
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                            const detail::conv_panel_input<float>& input, std::size_t first_pixel,
-                                            const detail::conv_panel_output<float>& out) {
-        v128_t sums[sizeof...(p) * sizeof...(v)] = {};
-        const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* x[] = {input.rows[r] + (first_pixel + p) * input.pixel_stride...};
-            for (std::size_t i = 0; i < input.inputs; ++i) {
-                const v128_t w[] = {wasm_v128_load(weights + v * conv_width)...};
-                (multiply_add(vectors, sums + p * sizeof...(v), x[p]++, w), ...);
-                weights += sizeof...(v) * conv_width;
-            }
+    template <std::size_t... p, std::size_t... v, class Input>
+    [[gnu::always_inline]] static void add_piece(std::index_sequence<p...>, std::index_sequence<v...> vectors, v128_t* sums,
+                                                 const float* inputs, const Input& from, std::size_t, const float*& weights) {
+        const float* x[] = {inputs + p * from.pixel_stride...};
+        for (std::size_t i = 0; i < from.inputs; ++i) {
+            const v128_t w[] = {wasm_v128_load(weights + v * layout.lanes)...};
+            (add_group<conv_f32_set>(vectors, sums + p * sizeof...(v), wasm_v128_load32_splat(x[p]++), w), ...);
+            weights += sizeof...(v) * layout.lanes;
         }
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              v128_t sums, float ratio) {
+        const v128_t value = wasm_f32x4_add(wasm_f32x4_mul(sums, wasm_f32x4_splat(ratio)), wasm_v128_load(out.bias + from));
+        const v128_t finite = wasm_f32x4_pmax(value, wasm_f32x4_splat(out.lowest));
+        const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 }}}  // namespace ldi::wasm_simd128
 
@@ -6354,16 +6558,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::conv_f32_layout, avx2::conv_f32},
-    {isa::avx512vnni, avx512vnni::conv_f32_layout, avx512vnni::conv_f32},
+    {isa::avx2, avx2::conv_f32_tiles::layout, avx2::conv<avx2::conv_f32_tiles>},
+    {isa::avx512vnni, avx512vnni::conv_f32_tiles::layout, avx512vnni::conv<avx512vnni::conv_f32_tiles>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::conv_f32_layout, neon::conv_f32},
+    {isa::neon_dot_product, neon::conv_f32_tiles::layout, neon::conv<neon::conv_f32_tiles>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::conv_f32_layout, wasm_simd128::conv_f32},
+    {isa::wasm_simd128, wasm_simd128::conv_f32_tiles::layout, wasm_simd128::conv<wasm_simd128::conv_f32_tiles>},
 #endif
-    {isa::scalar, scalar::conv_f32_layout, scalar::conv_f32},
+    {isa::scalar, scalar::panels, scalar::conv_f32},
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
@@ -6417,9 +6621,16 @@ inline constexpr std::int32_t max_conv_u8_weight = 63;
 /// Maximum number of inputs per output over all pieces, so that sums fit in 32 bits.
 inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
+namespace detail {
+template <class Result>
+struct conv_u8_panel_output;
+}
+
 /// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
 struct conv_u8_weights {
     using value_type = std::uint8_t;  ///< type of the inputs
+    template <class Result>
+    using panel_output = detail::conv_u8_panel_output<Result>;
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
@@ -6477,131 +6688,51 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-namespace conv_u8_set {
-
-inline constexpr std::size_t width = 8, max_vectors = 3, group = 4, pixels[] = {10, 5, 3};
-using sums_type = __m256i;
-using inputs_type = __m256i;
-using weights_type = __m256i;
-
-[[gnu::always_inline]] inline __m256i load_inputs(const std::uint8_t* from, std::size_t count) {
-    std::int32_t four = 0;
-    std::memcpy(&four, from, count);
-    return _mm256_set1_epi32(four);
-}
-[[gnu::always_inline]] inline __m256i load_weights(const std::uint8_t* from) {
-    return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
-}
-[[gnu::always_inline]] inline __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
-    return _mm256_add_epi32(sums, _mm256_madd_epi16(_mm256_maddubs_epi16(inputs, weights), _mm256_set1_epi16(1)));
-}
-
-[[gnu::always_inline]] inline void store_outputs(float* to, std::size_t count, __m256 values) {
-    if (count >= width) return _mm256_storeu_ps(to, values);
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane), values);
-}
-[[gnu::always_inline]] inline void store_outputs(std::uint8_t* to, std::size_t count, __m256 values) {
+/// Rounds, clamps and writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, __m256 values, std::size_t count) {
     const __m256 clamped = _mm256_min_ps(_mm256_max_ps(values, _mm256_setzero_ps()), _mm256_set1_ps(255.0F));
     const __m256i integers = _mm256_cvtps_epi32(clamped);
     const __m128i words = _mm_packus_epi32(_mm256_castsi256_si128(integers), _mm256_extracti128_si256(integers, 1));
     const __m128i bytes = _mm_packus_epi16(words, words);
-    if (count >= width) return _mm_storeu_si64(to, bytes);
-    std::uint8_t all[width];
+    if (count >= 8) return _mm_storeu_si64(to, bytes);
+    std::uint8_t all[8];
     _mm_storeu_si64(all, bytes);
     std::memcpy(to, all, count);
 }
 
-template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
-                                                 std::size_t from, __m256i sums, float ratio) {
-    if (out.count <= from) return;
-    const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
-    const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
-    const __m256 scales = _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), _mm256_set1_ps(ratio));
-    const __m256 value =
-        _mm256_max_ps(_mm256_set1_ps(out.lowest), _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from)));
-    const __m256 zero_point = _mm256_set1_ps(out.zero_point);
-    const __m256 activated =
-        _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point), _mm256_add_ps(value, zero_point));
-    store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
-}
+struct conv_u8_set {
+    static constexpr detail::panel_layout layout{4, 8, 3};
+    static constexpr std::size_t pixels[] = {10, 5, 3}, rest_pixels = 4;
+    using sums_type = __m256i;
+    using weights_type = __m256i;
 
-}  // namespace conv_u8_set
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static __m256i load_inputs(const std::uint8_t* from, std::size_t count) {
+        std::int32_t four = 0;
+        std::memcpy(&four, from, count);
+        return _mm256_set1_epi32(four);
+    }
+    [[gnu::always_inline]] static __m256i load_weights(const std::int8_t* from) {
+        return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+    }
+    [[gnu::always_inline]] static __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
+        return _mm256_add_epi32(sums, _mm256_madd_epi16(_mm256_maddubs_epi16(inputs, weights), _mm256_set1_epi16(1)));
     }
 
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    template <class Result>
+    [[gnu::always_inline]] static void finish(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                              std::size_t from, __m256i sums, float ratio) {
+        const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
+        const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
+        const __m256 scales = _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), _mm256_set1_ps(ratio));
+        const __m256 value =
+            _mm256_max_ps(_mm256_set1_ps(out.lowest), _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from)));
+        const __m256 zero_point = _mm256_set1_ps(out.zero_point);
+        const __m256 activated = _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point),
+                                               _mm256_add_ps(value, zero_point));
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 LDI_END_TARGET
 
@@ -6644,63 +6775,27 @@ struct conv_u8_sums {
                                                                 _mm256_castps_si256(weights.rest)));
     }
 
-    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
-        _mm512_mask_storeu_ps(to, existing, values);
-    }
-    [[gnu::always_inline]] static void store(std::uint8_t* to, __mmask16 existing, __m512 values) {
-        const __m512 clamped = _mm512_min_ps(_mm512_max_ps(values, _mm512_setzero_ps()), _mm512_set1_ps(255.0F));
-        _mm_mask_storeu_epi8(to, existing, _mm512_cvtepi32_epi8(_mm512_cvtps_epi32(clamped)));
-    }
+    struct finisher {
+        __m512 slope, zero_point, lowest, scales, bias;
+        __m512i offsets;
 
-    template <class Result>
-    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const detail::conv_u8_panel_output<Result>& out) {
-        const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
-        const __m512 lowest = _mm512_set1_ps(out.lowest);
-        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
-        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
-        for (std::size_t v = 0; v < vectors; ++v) {
-            const std::size_t from = v * conv_whole;
-            const __mmask16 existing = existing_outputs(out, from);
-            const __m512i offsets = _mm512_maskz_loadu_epi32(existing, out.offsets + from);
-            const __m512 scales = _mm512_maskz_loadu_ps(existing, out.scales + from);
-            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
-            const float *sum = sums.lanes + from, *ratio = ratios;
-            Result* to = out.values + first_pixel * stride + from;
-            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-                const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_load_si512(sum), offsets));
-                const __m512 scaled = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
-                const __m512 value = _mm512_max_ps(lowest, scaled);
-                const __m512 activated =
-                    _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
-                store(to, existing, activated);
-            }
+        template <class Result>
+        [[gnu::always_inline]] finisher(const detail::conv_u8_panel_output<Result>& out, std::size_t from, __mmask16 existing)
+            : slope(_mm512_set1_ps(out.negative_slope)),
+              zero_point(_mm512_set1_ps(out.zero_point)),
+              lowest(_mm512_set1_ps(out.lowest)),
+              scales(_mm512_maskz_loadu_ps(existing, out.scales + from)),
+              bias(_mm512_maskz_loadu_ps(existing, out.bias + from)),
+              offsets(_mm512_maskz_loadu_epi32(existing, out.offsets + from)) {}
+
+        [[gnu::always_inline]] __m512 operator()(__m512 sums, __m512 ratio) const {
+            const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_castps_si512(sums), offsets));
+            const __m512 value = _mm512_max_ps(lowest, _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, ratio), bias));
+            return _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
         }
-    }
-
-    template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<std::uint8_t>& input,
-                                      std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_u8_sums, half>(pixels, vectors, input, first_pixel, sums);
-    }
+    };
 };
 using conv_u8_tiles = conv_tiles<conv_u8_sums>;
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
 
 LDI_END_TARGET
 
@@ -6717,25 +6812,90 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-namespace conv_u8_set {
+struct conv_u8_set : avx2::conv_u8_set {
+    static constexpr std::size_t pixels[] = {12, 6, 4};
 
-using avx2::conv_u8_set::width, avx2::conv_u8_set::max_vectors, avx2::conv_u8_set::group, avx2::conv_u8_set::sums_type,
-    avx2::conv_u8_set::inputs_type, avx2::conv_u8_set::weights_type, avx2::conv_u8_set::load_inputs,
-    avx2::conv_u8_set::load_weights, avx2::conv_u8_set::finish_vector;
-inline constexpr std::size_t pixels[] = {12, 6, 4};
+    [[gnu::always_inline]] static __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
+        return _mm256_dpbusd_avx_epi32(sums, inputs, weights);
+    }
+};
 
-[[gnu::always_inline]] inline __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
-    return _mm256_dpbusd_avx_epi32(sums, inputs, weights);
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
 }
 
-}  // namespace conv_u8_set
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
 
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6751,97 +6911,29 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-    }
-
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
-    }
-};
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 LDI_END_TARGET
 
@@ -6859,126 +6951,45 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-namespace conv_u8_set {
-
-inline constexpr std::size_t width = 4, max_vectors = 4, group = 4, pixels[] = {12, 8, 6, 5};
-using sums_type = int32x4_t;
-using inputs_type = int8x16_t;
-using weights_type = int8x16_t;
-
-[[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from, std::size_t count) {
-    std::uint32_t four = 0;
-    std::memcpy(&four, from, count);
-    return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
-}
-[[gnu::always_inline]] inline int8x16_t load_weights(const std::uint8_t* from) { return vreinterpretq_s8_u8(vld1q_u8(from)); }
-[[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t inputs, int8x16_t weights) {
-    return neon::add_products(sums, inputs, weights);
-}
-
-[[gnu::always_inline]] inline void store_outputs(float* to, std::size_t count, float32x4_t values) {
-    if (count >= width) return vst1q_f32(to, values);
-    float all[width];
-    vst1q_f32(all, values);
-    std::memcpy(to, all, count * sizeof(float));
-}
-[[gnu::always_inline]] inline void store_outputs(std::uint8_t* to, std::size_t count, float32x4_t values) {
+/// Rounds, clamps and writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, float32x4_t values, std::size_t count) {
     const float32x4_t clamped = vminq_f32(vmaxq_f32(values, vdupq_n_f32(0.0F)), vdupq_n_f32(255.0F));
     const uint16x4_t words = vmovn_u32(vcvtnq_u32_f32(clamped));
     const uint8x8_t bytes = vmovn_u16(vcombine_u16(words, words));
     std::uint8_t all[8];
     vst1_u8(all, bytes);
-    std::memcpy(to, all, count < width ? count : width);
+    std::memcpy(to, all, count < 4 ? count : 4);
 }
 
-template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
-                                                 std::size_t from, int32x4_t sums, float ratio) {
-    if (out.count <= from) return;
-    const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
-    const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
-    const float32x4_t value = vmaxq_f32(vdupq_n_f32(out.lowest), vfmaq_f32(load(out.bias + from), exact, scales));
-    const float32x4_t zero_point = vdupq_n_f32(out.zero_point);
-    const float32x4_t activated =
-        vmaxnmq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
-    store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
-}
+struct conv_u8_set {
+    static constexpr detail::panel_layout layout{4, 4, 4};
+    static constexpr std::size_t pixels[] = {12, 8, 6, 5}, rest_pixels = 4;
+    using sums_type = int32x4_t;
+    using weights_type = int8x16_t;
 
-}  // namespace conv_u8_set
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static int8x16_t load_inputs(const std::uint8_t* from, std::size_t count) {
+        std::uint32_t four = 0;
+        std::memcpy(&four, from, count);
+        return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
+    }
+    [[gnu::always_inline]] static int8x16_t load_weights(const std::int8_t* from) { return load(from); }
+    [[gnu::always_inline]] static int32x4_t add_products(int32x4_t sums, int8x16_t inputs, int8x16_t weights) {
+        return neon::add_products(sums, inputs, weights);
     }
 
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    template <class Result>
+    [[gnu::always_inline]] static void finish(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                              std::size_t from, int32x4_t sums, float ratio) {
+        const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
+        const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
+        const float32x4_t value = vmaxq_f32(vdupq_n_f32(out.lowest), vfmaq_f32(load(out.bias + from), exact, scales));
+        const float32x4_t zero_point = vdupq_n_f32(out.zero_point);
+        const float32x4_t activated =
+            vmaxnmq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 LDI_END_TARGET
 
@@ -6990,10 +7001,6 @@ LDI_END_TARGET
 // kernels/conv_u8.hpp in portable C++.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
-
-/// Number of outputs that are adjacent in memory, so that compilers vectorize the loop over them.
-inline constexpr std::size_t conv_u8_panel = 8;
-inline constexpr detail::panel_layout conv_u8_layout{1, conv_u8_panel, 1};
 
 /// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
@@ -7008,42 +7015,20 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
         return activated > 0.0F ? static_cast<Result>(std::nearbyint((std::min)(activated, 255.0F))) : Result{0};  // 0 for NaN
 }
 
-/// Computes `pixels` pixels with one panel of weights.
-template <std::size_t pixels, class Result>
-void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
-                  std::size_t pixel_stride, std::size_t first_output, const detail::conv_u8_panel_output<Result>& out) {
-    std::int32_t sums[pixels][conv_u8_panel] = {};
-    const std::int8_t* values = weights.values.data() + first_output * weights.rows * weights.inputs;
-    for (std::size_t r = 0; r < weights.rows; ++r) {
-        const std::uint8_t* const input = rows[r] + first_pixel * pixel_stride;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_u8_panel)
-            for (std::size_t p = 0; p < pixels; ++p) {
-                const std::int32_t x = input[p * pixel_stride + i];
-                for (std::size_t o = 0; o < conv_u8_panel; ++o) sums[p][o] += x * std::int32_t{values[o]};
-            }
-    }
-    const std::size_t count = (std::min)(conv_u8_panel, out.count);
-    for (std::size_t p = 0; p < pixels; ++p) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[first_pixel + p];
-        for (std::size_t o = 0; o < count; ++o)
-            out.values[(first_pixel + p) * out.stride + o] = finish_conv_u8<Result>(
-                sums[p][o] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
-    }
-}
-
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    constexpr std::size_t tile = 4;
-    detail::conv_u8_panel_output<Result> out(weights, ratios, result);
-    for (std::size_t o = 0; o < weights.outputs; o += conv_u8_panel, out.skip(conv_u8_panel)) {
-        std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile) conv_u8_tile<tile>(weights, rows, p, pixel_stride, o, out);
-        for (; p < pixels; ++p) conv_u8_tile<1>(weights, rows, p, pixel_stride, o, out);
-    }
+    const auto store = [out = detail::conv_u8_panel_output<Result>(weights, ratios, result)](std::size_t p, std::size_t o,
+                                                                                             std::int32_t sum) {
+        const float scale = out.scales[o] * (out.ratios == nullptr ? 1.0F : out.ratios[p]);
+        out.values[p * out.stride + o] = finish_conv_u8<Result>(sum, scale, out.bias[o], out.negative_slope, out.zero_point);
+    };
+    compute_tiles(
+        {weights.outputs, weights.rows, weights.inputs}, rows, pixel_stride, pixels, weights.values.data(),
+        [&weights](std::size_t o) { return weights.offsets[o]; }, store);
 }
 
 }}}  // namespace ldi::scalar
@@ -7056,107 +7041,32 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-namespace conv_u8_set {
+struct conv_u8_set {
+    static constexpr detail::panel_layout layout{2, 4, 2};
+    static constexpr std::size_t pixels[] = {6, 4}, rest_pixels = 4;
+    using sums_type = v128_t;
+    using weights_type = v128_t;
 
-inline constexpr std::size_t width = 4, max_vectors = 2, group = 2, pixels[] = {6, 4};
-using sums_type = v128_t;
-using inputs_type = v128_t;
-using weights_type = v128_t;
-
-[[gnu::always_inline]] inline v128_t load_inputs(const std::uint8_t* from, std::size_t count) {
-    const std::int32_t second = count == group ? from[1] : 0;
-    return wasm_i32x4_splat(from[0] | second << 16);
-}
-[[gnu::always_inline]] inline v128_t load_weights(const std::uint8_t* from) { return wasm_i16x8_load8x8(from); }
-[[gnu::always_inline]] inline v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
-    return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(inputs, weights));
-}
-
-template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
-                                                 std::size_t from, v128_t sums, float ratio) {
-    std::int32_t lanes[width];
-    wasm_v128_store(lanes, sums);
-    for (std::size_t o = from; o < from + width && o < out.count; ++o)
-        out.values[pixel * out.stride + o] = scalar::finish_conv_u8<Result>(
-            lanes[o - from] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
-}
-
-}  // namespace conv_u8_set
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, starting at `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static v128_t load_inputs(const std::uint8_t* from, std::size_t count) {
+        const std::int32_t second = count == layout.group ? from[1] : 0;
+        return wasm_i32x4_splat(from[0] | second << 16);
+    }
+    [[gnu::always_inline]] static v128_t load_weights(const std::int8_t* from) { return wasm_i16x8_load8x8(from); }
+    [[gnu::always_inline]] static v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
+        return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(inputs, weights));
     }
 
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    template <class Result>
+    [[gnu::always_inline]] static void finish(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                              std::size_t from, v128_t sums, float ratio) {
+        std::int32_t lanes[layout.lanes];
+        wasm_v128_store(lanes, sums);
+        for (std::size_t o = from; o < from + layout.lanes && o < out.count; ++o)
+            out.values[pixel * out.stride + o] = scalar::finish_conv_u8<Result>(
+                lanes[o - from] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
     }
 };
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 }}}  // namespace ldi::wasm_simd128
 
@@ -7174,17 +7084,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::conv_u8_layout, 0, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
-    {isa::avx_vnni, avx_vnni::conv_u8_layout, 0, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
-    {isa::avx512vnni, avx512vnni::conv_u8_layout, 0, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+    {isa::avx2, avx2::conv_u8_tiles::layout, 0, avx2::conv<avx2::conv_u8_tiles>, avx2::conv<avx2::conv_u8_tiles>},
+    {isa::avx_vnni, avx_vnni::conv_u8_tiles::layout, 0, avx_vnni::conv<avx_vnni::conv_u8_tiles>,
+     avx_vnni::conv<avx_vnni::conv_u8_tiles>},
+    {isa::avx512vnni, avx512vnni::conv_u8_tiles::layout, 0, avx512vnni::conv<avx512vnni::conv_u8_tiles>,
+     avx512vnni::conv<avx512vnni::conv_u8_tiles>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::conv_u8_layout, 128, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
+    {isa::neon_dot_product, neon::conv_u8_tiles::layout, 128, neon::conv<neon::conv_u8_tiles>, neon::conv<neon::conv_u8_tiles>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::conv_u8_layout, 0, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
+    {isa::wasm_simd128, wasm_simd128::conv_u8_tiles::layout, 0, wasm_simd128::conv<wasm_simd128::conv_u8_tiles>,
+     wasm_simd128::conv<wasm_simd128::conv_u8_tiles>},
 #endif
-    {isa::scalar, scalar::conv_u8_layout, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+    {isa::scalar, scalar::panels, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
@@ -10023,43 +9936,18 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
-inline constexpr std::size_t gemm_panel = 8;
-
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, {1, gemm_panel, 1});
-}
-
-/// Computes and requantizes `pixels` pixels with one panel of weights.
-template <std::size_t pixels>
-inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
-                         std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {
-    std::int32_t sums[pixels][gemm_panel];
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] = weights.bias[first_output + o];
-    const std::int16_t* values = weights.wide.data() + first_output * weights.segments * weights.inputs;
-    for (std::size_t s = 0; s < weights.segments; ++s) {
-        const std::uint8_t* const input = segments[s] + first_pixel * pixel_stride;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += gemm_panel)
-            for (std::size_t p = 0; p < pixels; ++p) {
-                const std::int16_t x = input[p * pixel_stride + i];
-                for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] += std::int32_t{x} * std::int32_t{values[o]};
-            }
-    }
-    const std::size_t count = (std::min)(gemm_panel, weights.outputs - first_output);
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < count; ++o)
-            result[(first_pixel + p) * weights.outputs + first_output + o] = requantize(sums[p][o], weights.output);
+    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, panels);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    constexpr std::size_t tile = 4;
-    for (std::size_t o = 0; o < weights.outputs; o += gemm_panel) {
-        std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile) gemm_u8_tile<tile>(weights, segments, p, pixel_stride, o, result);
-        for (; p < pixels; ++p) gemm_u8_tile<1>(weights, segments, p, pixel_stride, o, result);
-    }
+    const auto store = [&weights, result](std::size_t p, std::size_t o, std::int32_t sum) {
+        result[p * weights.outputs + o] = requantize(sum, weights.output);
+    };
+    compute_tiles(
+        {weights.outputs, weights.segments, weights.inputs}, segments, pixel_stride, pixels, weights.wide.data(),
+        [&weights](std::size_t o) { return weights.bias[o]; }, store);
 }
 
 }}}  // namespace ldi::scalar

@@ -22,16 +22,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::conv_f32_layout, avx2::conv_f32},
-    {isa::avx512vnni, avx512vnni::conv_f32_layout, avx512vnni::conv_f32},
+    {isa::avx2, avx2::conv_f32_tiles::layout, avx2::conv<avx2::conv_f32_tiles>},
+    {isa::avx512vnni, avx512vnni::conv_f32_tiles::layout, avx512vnni::conv<avx512vnni::conv_f32_tiles>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::conv_f32_layout, neon::conv_f32},
+    {isa::neon_dot_product, neon::conv_f32_tiles::layout, neon::conv<neon::conv_f32_tiles>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::conv_f32_layout, wasm_simd128::conv_f32},
+    {isa::wasm_simd128, wasm_simd128::conv_f32_tiles::layout, wasm_simd128::conv<wasm_simd128::conv_f32_tiles>},
 #endif
-    {isa::scalar, scalar::conv_f32_layout, scalar::conv_f32},
+    {isa::scalar, scalar::panels, scalar::conv_f32},
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 

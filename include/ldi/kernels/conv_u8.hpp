@@ -25,17 +25,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::conv_u8_layout, 0, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
-    {isa::avx_vnni, avx_vnni::conv_u8_layout, 0, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
-    {isa::avx512vnni, avx512vnni::conv_u8_layout, 0, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+    {isa::avx2, avx2::conv_u8_tiles::layout, 0, avx2::conv<avx2::conv_u8_tiles>, avx2::conv<avx2::conv_u8_tiles>},
+    {isa::avx_vnni, avx_vnni::conv_u8_tiles::layout, 0, avx_vnni::conv<avx_vnni::conv_u8_tiles>,
+     avx_vnni::conv<avx_vnni::conv_u8_tiles>},
+    {isa::avx512vnni, avx512vnni::conv_u8_tiles::layout, 0, avx512vnni::conv<avx512vnni::conv_u8_tiles>,
+     avx512vnni::conv<avx512vnni::conv_u8_tiles>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::conv_u8_layout, 128, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
+    {isa::neon_dot_product, neon::conv_u8_tiles::layout, 128, neon::conv<neon::conv_u8_tiles>, neon::conv<neon::conv_u8_tiles>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::conv_u8_layout, 0, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
+    {isa::wasm_simd128, wasm_simd128::conv_u8_tiles::layout, 0, wasm_simd128::conv<wasm_simd128::conv_u8_tiles>,
+     wasm_simd128::conv<wasm_simd128::conv_u8_tiles>},
 #endif
-    {isa::scalar, scalar::conv_u8_layout, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+    {isa::scalar, scalar::panels, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 

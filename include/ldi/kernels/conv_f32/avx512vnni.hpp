@@ -31,33 +31,21 @@ struct conv_f32_sums {
         }
     }
 
-    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const detail::conv_panel_output<float>& out) {
-        const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
-        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
-        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
-        for (std::size_t v = 0; v < vectors; ++v) {
-            const std::size_t from = v * conv_whole;
-            const __mmask16 existing = existing_outputs(out, from);
-            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
-            const float *sum = sums.lanes + from, *ratio = ratios;
-            float* to = out.values + first_pixel * stride + from;
-            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-                const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
-                _mm512_mask_storeu_ps(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
-            }
-        }
-    }
+    struct finisher {
+        __m512 slope, lowest, bias;
 
-    template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<float>& input,
-                                      std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_f32_sums, half>(pixels, vectors, input, first_pixel, sums);
-    }
+        [[gnu::always_inline]] finisher(const detail::conv_panel_output<float>& out, std::size_t from, __mmask16 existing)
+            : slope(_mm512_set1_ps(out.negative_slope)),
+              lowest(_mm512_set1_ps(out.lowest)),
+              bias(_mm512_maskz_loadu_ps(existing, out.bias + from)) {}
+
+        [[gnu::always_inline]] __m512 operator()(__m512 sums, __m512 ratio) const {
+            const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(sums, ratio, bias));
+            return _mm512_max_ps(_mm512_mul_ps(values, slope), values);
+        }
+    };
 };
 using conv_f32_tiles = conv_tiles<conv_f32_sums>;
-
-#include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
 
 LDI_END_TARGET
 

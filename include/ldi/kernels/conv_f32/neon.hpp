@@ -15,12 +15,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
-
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// The primitives that multiply_add_groups() requires.
-struct conv_products {
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 4, 4};
+    static constexpr std::size_t pixels[] = {12, 8, 7, 6}, rest_pixels = 4;
+    using sums_type = float32x4_t;
+
+    /// The primitives that multiply_add_groups() requires.
     static constexpr std::size_t group = 1;
     using inputs_type = float32x4_t;
 
@@ -34,45 +36,23 @@ struct conv_products {
         if constexpr (count == 2) return vcombine_f32(vld1_f32(from), vdup_n_f32(0.0F));
         return vld1q_dup_f32(from);
     }
-};
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 float32x4_t values) {
-    const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
-    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // ignores NaN (infinity * 0)
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return vst1q_f32(to, activated);
-    if (out.count > from) vst1q_lane_f32(to, activated, 0);
-    if (out.count > from + 1) vst1q_lane_f32(to + 1, activated, 1);
-    if (out.count > from + 2) vst1q_lane_f32(to + 2, activated, 2);
-}
+    template <class Pixels, class Vectors, class Input>
+    [[gnu::always_inline]] static void add_piece(Pixels tile_pixels, Vectors vectors, float32x4_t* sums, const float* inputs,
+                                                 const Input& from, std::size_t, const float*& weights) {
+        multiply_add_groups<conv_f32_set>(tile_pixels, vectors, sums, weights, inputs, from.pixel_stride, from.inputs);
+    }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width, vfmaq_f32(load(out.bias + v * conv_width), sums[v], ratio)), ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {12, 8, 7, 6};
-
-    template <std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<float>& input, std::size_t first_pixel,
-                     const detail::conv_panel_output<float>& out) {
-        float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r)
-            multiply_add_groups<conv_products>(pixels_of_tile, vectors, sums, weights, input.rows[r] + first_pixel * stride,
-                                               stride, input.inputs);
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              float32x4_t sums, float ratio) {
+        const float32x4_t value = vfmaq_f32(load(out.bias + from), sums, vdupq_n_f32(ratio));
+        const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), value);
+        // ignores NaN (infinity * 0)
+        const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-#include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 LDI_END_TARGET
 

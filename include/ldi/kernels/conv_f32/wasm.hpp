@@ -16,58 +16,36 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 4, 2};
+    static constexpr std::size_t pixels[] = {6, 4}, rest_pixels = 4;
+    using sums_type = v128_t;
+    using weights_type = v128_t;
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const float* input,
-                                                const v128_t* weights) {
-    const v128_t x = wasm_v128_load32_splat(input);
-    ((sums[v] = wasm_f32x4_add(sums[v], wasm_f32x4_mul(x, weights[v]))), ...);
-}
+    [[gnu::always_inline]] static v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
+        return wasm_f32x4_add(sums, wasm_f32x4_mul(inputs, weights));
+    }
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 v128_t values) {
-    const v128_t finite = wasm_f32x4_pmax(values, wasm_f32x4_splat(out.lowest));
-    const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return wasm_v128_store(to, activated);
-    if (out.count > from) wasm_v128_store32_lane(to, activated, 0);
-    if (out.count > from + 1) wasm_v128_store32_lane(to + 1, activated, 1);
-    if (out.count > from + 2) wasm_v128_store32_lane(to + 2, activated, 2);
-}
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width,
-                   wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_width))),
-     ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {6, 4};
-
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                            const detail::conv_panel_input<float>& input, std::size_t first_pixel,
-                                            const detail::conv_panel_output<float>& out) {
-        v128_t sums[sizeof...(p) * sizeof...(v)] = {};
-        const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* x[] = {input.rows[r] + (first_pixel + p) * input.pixel_stride...};
-            for (std::size_t i = 0; i < input.inputs; ++i) {
-                const v128_t w[] = {wasm_v128_load(weights + v * conv_width)...};
-                (multiply_add(vectors, sums + p * sizeof...(v), x[p]++, w), ...);
-                weights += sizeof...(v) * conv_width;
-            }
+    template <std::size_t... p, std::size_t... v, class Input>
+    [[gnu::always_inline]] static void add_piece(std::index_sequence<p...>, std::index_sequence<v...> vectors, v128_t* sums,
+                                                 const float* inputs, const Input& from, std::size_t, const float*& weights) {
+        const float* x[] = {inputs + p * from.pixel_stride...};
+        for (std::size_t i = 0; i < from.inputs; ++i) {
+            const v128_t w[] = {wasm_v128_load(weights + v * layout.lanes)...};
+            (add_group<conv_f32_set>(vectors, sums + p * sizeof...(v), wasm_v128_load32_splat(x[p]++), w), ...);
+            weights += sizeof...(v) * layout.lanes;
         }
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              v128_t sums, float ratio) {
+        const v128_t value = wasm_f32x4_add(wasm_f32x4_mul(sums, wasm_f32x4_splat(ratio)), wasm_v128_load(out.bias + from));
+        const v128_t finite = wasm_f32x4_pmax(value, wasm_f32x4_splat(out.lowest));
+        const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-#include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 }}}  // namespace ldi::wasm_simd128
 

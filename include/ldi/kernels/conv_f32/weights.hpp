@@ -3,6 +3,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/isa.hpp>
 
 #include <cstddef>
@@ -20,6 +21,8 @@ constexpr activation leaky_relu(float negative_slope) { return {negative_slope};
 /// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
 struct conv_f32_weights {
     using value_type = float;
+    template <class Result>
+    using panel_output = detail::conv_panel_output<Result>;
 
     static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_weights
 

@@ -15,24 +15,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-namespace conv_u8_set {
+struct conv_u8_set : avx2::conv_u8_set {
+    static constexpr std::size_t pixels[] = {12, 6, 4};
 
-using avx2::conv_u8_set::width, avx2::conv_u8_set::max_vectors, avx2::conv_u8_set::group, avx2::conv_u8_set::sums_type,
-    avx2::conv_u8_set::inputs_type, avx2::conv_u8_set::weights_type, avx2::conv_u8_set::load_inputs,
-    avx2::conv_u8_set::load_weights, avx2::conv_u8_set::finish_vector;
-inline constexpr std::size_t pixels[] = {12, 6, 4};
+    [[gnu::always_inline]] static __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
+        return _mm256_dpbusd_avx_epi32(sums, inputs, weights);
+    }
+};
 
-[[gnu::always_inline]] inline __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
-    return _mm256_dpbusd_avx_epi32(sums, inputs, weights);
-}
-
-}  // namespace conv_u8_set
-
+#include <ldi/kernels/detail/generic/conv_tiles.hpp>
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
-
-#include <ldi/kernels/conv_u8/generic/tiles.hpp>
-
-#include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 LDI_END_TARGET
 

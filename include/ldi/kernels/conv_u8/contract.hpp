@@ -18,9 +18,16 @@ inline constexpr std::int32_t max_conv_u8_weight = 63;
 /// Maximum number of inputs per output over all pieces, so that sums fit in 32 bits.
 inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
+namespace detail {
+template <class Result>
+struct conv_u8_panel_output;
+}
+
 /// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
 struct conv_u8_weights {
     using value_type = std::uint8_t;  ///< type of the inputs
+    template <class Result>
+    using panel_output = detail::conv_u8_panel_output<Result>;
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;

@@ -24,13 +24,14 @@
 #if LDI_HAS_X86_KERNELS
 
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 /// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide; this halves its cost on
 /// processors that split 512-bit instructions in two (Zen 4).
-inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
+inline constexpr std::size_t conv_half = 8, conv_whole = 16;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -99,16 +100,15 @@ struct conv_tile_pointers {
 };
 
 /// Computes one tile: passes each group of inputs to Kernel::multiply_add().
-template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                             const detail::conv_panel_input<Value>& input, std::size_t first_pixel,
-                                             conv_tile_sums& tile_sums) {
+template <class Kernel, std::size_t half, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::noinline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                        const detail::conv_panel_input<Value, Weight>& input, std::size_t first_pixel,
+                                        conv_tile_sums& tile_sums) {
     constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
     const auto* weights = input.weights;
-    // Prefetches the next tile's inputs at an even pace, because the hardware prefetcher loads them too late.
-    const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
+    const std::size_t fetch = input.fetch_step(sizeof...(p), group);
     for (std::size_t r = 0; r < input.row_count; ++r) {
         const Value* const x = input.rows[r] + first_pixel * stride;
         const Value* next_tile = x + sizeof...(p) * stride;
@@ -133,13 +133,45 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
+[[gnu::always_inline]] inline void store_existing(float* to, __mmask16 existing, __m512 values) {
+    _mm512_mask_storeu_ps(to, existing, values);
+}
+/// Rounds, clamps and writes the existing values.
+[[gnu::always_inline]] inline void store_existing(std::uint8_t* to, __mmask16 existing, __m512 values) {
+    const __m512 clamped = _mm512_min_ps(_mm512_max_ps(values, _mm512_setzero_ps()), _mm512_set1_ps(255.0F));
+    _mm_mask_storeu_epi8(to, existing, _mm512_cvtepi32_epi8(_mm512_cvtps_epi32(clamped)));
+}
+
+/// Converts the sums of a tile to results, and stores them.
+template <class Kernel, class Output>
+[[gnu::noinline]] inline void finish_conv_tile(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                               std::size_t pixels, const Output& out) {
+    const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+    const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+    for (std::size_t v = 0; v < vectors; ++v) {
+        const std::size_t from = v * conv_whole;
+        const __mmask16 existing = existing_outputs(out, from);
+        const typename Kernel::finisher finish(out, from, existing);
+        const float *sum = sums.lanes + from, *ratio = ratios;
+        auto* to = out.values + first_pixel * stride + from;
+        for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride)
+            store_existing(to, existing, finish(_mm512_load_ps(sum), _mm512_set1_ps(*ratio)));
+    }
+}
+
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
 
-/// The primitives that generic/conv_walk.hpp requires.
+/// The primitives that generic/conv_walk.hpp requires. The class Kernel has these members:
+///
+///     group                                      inputs per multiplication
+///     load(input), load_rest(input, count)       load a group of inputs, or fewer
+///     multiply_add(vectors, sums, inputs, weights)  adds the products of one group
+///     finisher(output, from, existing)           class that converts sums and a ratio to results, for outputs `from` and
+///     following
 template <class Kernel>
 struct conv_tiles {
-    static constexpr std::size_t group = Kernel::group, width = conv_half, max_vectors = conv_max_halves, rest_pixels = 8;
-    static constexpr std::size_t pixels[max_vectors] = {24, 24, 12, 12, 8};
+    static constexpr detail::panel_layout layout{Kernel::group, conv_half, 5};
+    static constexpr std::size_t pixels[layout.max_vectors] = {24, 24, 12, 12, 8}, rest_pixels = 8;
 
     template <class Pixels, std::size_t... h, class Input, class Output>
     static void tile(Pixels pixels_of_tile, std::index_sequence<h...>, const Input& input, std::size_t first_pixel,
@@ -147,8 +179,8 @@ struct conv_tiles {
         constexpr std::size_t whole = sizeof...(h) / 2, half = sizeof...(h) % 2;
         static_assert(Pixels::size() * (whole + half) <= 24);
         conv_tile_sums sums;
-        Kernel::template sum<half>(pixels_of_tile, std::make_index_sequence<whole>{}, input, first_pixel, sums);
-        Kernel::finish(sums, whole + half, first_pixel, Pixels::size(), out);
+        conv_tile<Kernel, half>(pixels_of_tile, std::make_index_sequence<whole>{}, input, first_pixel, sums);
+        finish_conv_tile<Kernel>(sums, whole + half, first_pixel, Pixels::size(), out);
     }
 };
 

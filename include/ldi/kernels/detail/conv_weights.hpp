@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/kernels/detail/panel_cut.hpp>
 
 #include <cstddef>
 #include <limits>
@@ -9,13 +10,26 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Pixels, and the weights of one panel.
-template <class Value>
+template <class Value, class Weight>
 struct conv_panel_input {
     const Value* const* rows;  ///< addresses of the first pixel's pieces
     /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
     std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;  ///< weights of the panel
+    const Weight* weights;  ///< weights of the panel
+
+    template <class Weights>
+    conv_panel_input(const Weights& layer, const Value* const* of_first_pixel, std::size_t stride)
+        : rows(of_first_pixel), row_count(layer.rows), inputs(layer.inputs), pixel_stride(stride), weights(layer.values.data()) {}
+
+    /// Number of values to prefetch per group of inputs. Kernels prefetch the next tile's inputs at an even pace, because the
+    /// hardware prefetcher loads them too late.
+    std::size_t fetch_step(std::size_t tile_pixels, std::size_t group) const {
+        return tile_pixels * pixel_stride / groups_of(inputs, group);
+    }
 };
+template <class Weights, class Value>
+conv_panel_input(const Weights&, const Value* const*, std::size_t)
+    -> conv_panel_input<Value, typename decltype(Weights::values)::value_type>;
 
 /// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
 constexpr float lowest_before(float negative_slope) {

@@ -58,6 +58,14 @@ using int_lanes = __m256i;
     }
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, __m256 values, std::size_t count) {
+    if (count >= 8) return _mm256_storeu_ps(to, values);
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane), values);
+}
+
+#include <ldi/kernels/detail/generic/conv_tiles.hpp>
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
 
 LDI_END_TARGET

@@ -158,6 +158,15 @@ struct relu_requantizer {
     }
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, float32x4_t values, std::size_t count) {
+    if (count >= 4) return vst1q_f32(to, values);
+    vst1q_lane_f32(to, values, 0);
+    if (count > 1) vst1q_lane_f32(to + 1, values, 1);
+    if (count > 2) vst1q_lane_f32(to + 2, values, 2);
+}
+
+#include <ldi/kernels/detail/generic/conv_tiles.hpp>
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
 
 LDI_END_TARGET

@@ -74,6 +74,15 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
     for (; i < count; ++i) to[i] = from[i];
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, v128_t values, std::size_t count) {
+    if (count >= 4) return wasm_v128_store(to, values);
+    wasm_v128_store32_lane(to, values, 0);
+    if (count > 1) wasm_v128_store32_lane(to + 1, values, 1);
+    if (count > 2) wasm_v128_store32_lane(to + 2, values, 2);
+}
+
+#include <ldi/kernels/detail/generic/conv_tiles.hpp>
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
 
 }}}  // namespace ldi::wasm_simd128
