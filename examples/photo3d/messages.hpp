@@ -29,9 +29,8 @@ enum exit_code : int {
 /// Description for --help and the manual.
 constexpr const char* exit_code_text =
     "0: done. 1: an input or an output location can't be used; the same call never succeeds. 2: wrong options. 75: no memory, no "
-    "disk space, or a failing device; the same call may succeed later. 70: a defect of the program. Without --batch, any code "
-    "but "
-    "0 means that no file was written, except to devices and standard output.";
+    "disk space, or a failing device; the same call may succeed later. 70: a defect of the program. Without --batch, any "
+    "code but 0 means that no file was written, except to devices and standard output.";
 
 /// Escapes every control character, and every byte that is not UTF-8, as \xNN.
 inline std::string escaped(std::string_view text) {
