@@ -141,43 +141,26 @@ void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* 
     }
 }
 
-/// Computes the sum of one pixel and one output.
-[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                             std::size_t offset) {
-    v128_t sums = wasm_i32x4_splat(0);
-    const std::int16_t* w = weights.wide.data();
-    for (std::size_t s = 0; s < weights.segments; ++s) {
-        const std::uint8_t* const x = segments[s] + offset;
-        std::size_t i = 0;
-        for (; i + 8 <= weights.inputs; i += 8, w += 8)
-            sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(x + i), wasm_v128_load(w)));
-        if (i == weights.inputs) continue;
-        std::uint8_t rest[8] = {};
-        std::memcpy(rest, x + i, weights.inputs - i);
-        sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(rest), wasm_v128_load(w)));
-        w += 8;
-    }
-    sums = wasm_i32x4_add(sums, wasm_i32x4_shuffle(sums, sums, 2, 3, 0, 1));
-    return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
+inline constexpr std::size_t single_output_inputs = 8, single_output_pixels = 1;
+
+[[gnu::always_inline]] inline v128_t add_inputs(v128_t sums, const std::uint8_t* from, const std::int16_t* weights) {
+    return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(from), wasm_v128_load(weights)));
 }
+[[gnu::always_inline]] inline void store_totals(const v128_t* sums, std::int32_t start, std::int32_t* to) {
+    const v128_t pairs = wasm_i32x4_add(*sums, wasm_i32x4_shuffle(*sums, *sums, 2, 3, 0, 1));
+    *to = start + wasm_i32x4_extract_lane(pairs, 0) + wasm_i32x4_extract_lane(pairs, 1);
+}
+
+#include <ldi/kernels/gemm_u8/generic/single_output.hpp>
 
 template <bool is_unfused>
 void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                            std::size_t pixels, std::uint8_t* result) {
-    const auto requantize = [&] {
-        if constexpr (is_unfused)
-            return requantizer<false>(weights.fast);
-        else
-            return integer_requantizer(weights.output);
-    }();
-    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
-        std::int32_t sums[gemm_lanes] = {};
-        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
-        for (std::size_t p = 0; p < count; ++p)
-            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
-        const v128_t values = requantize(wasm_v128_load(sums));
-        store_first(result + first, narrow(values, values, values, values), count);
-    }
+    const std::int16_t* const values = weights.wide.data();
+    if constexpr (is_unfused)
+        gemm_u8_single_output(weights, values, requantizer<false>(weights.fast), segments, pixel_stride, pixels, result);
+    else
+        gemm_u8_single_output(weights, values, integer_requantizer(weights.output), segments, pixel_stride, pixels, result);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
