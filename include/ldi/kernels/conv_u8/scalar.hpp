@@ -30,7 +30,7 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
 ///
 /// Result  float or std::uint8_t
 template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+void conv_u8(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto store = [out = detail::conv_u8_panel_output<Result>(weights, ratios, result)](std::size_t p, std::size_t o,
                                                                                              std::int32_t sum) {

@@ -159,7 +159,7 @@ inline constexpr std::size_t single_output_inputs = 16, single_output_pixels = 1
 
 #include <ldi/kernels/gemm_u8/generic/single_output.hpp>
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output())
         return gemm_u8_single_output(weights, weights.wide.data(), requantizer(weights.fast), segments, pixel_stride, pixels,

@@ -23,7 +23,7 @@ inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pi
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign,
@@ -140,7 +140,7 @@ inline constexpr std::size_t single_output_inputs = 64, single_output_pixels = 4
 
 #include <ldi/kernels/gemm_u8/generic/single_output.hpp>
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output())
         return gemm_u8_single_output(weights, weights.narrow.data(), requantizer(weights.fast), segments, pixel_stride, pixels,

@@ -23,7 +23,7 @@ inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pix
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1,
                            packed.is_single_output() ? detail::single_output_layout(8) : panels);
@@ -32,10 +32,10 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    const std::int16_t* starts[gemm_u8_weights::max_segments];  // of the segments
+    const std::int16_t* starts[gemm_u8_data::max_segments];  // of the segments
     std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
-    widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
+    widened_pixels(const gemm_u8_data& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
@@ -45,7 +45,7 @@ struct widened_pixels {
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
-    void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
+    void fill(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
               std::size_t count) {
         for (std::size_t s = 0; s < segment_count; ++s) {
             const std::uint8_t* const from = segments[s] + first * input_stride;
@@ -125,7 +125,7 @@ using gemm_half_kernel = gemm_kernel;
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 template <bool is_unfused>
-void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_widened(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                      std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
@@ -154,7 +154,7 @@ inline constexpr std::size_t single_output_inputs = 8, single_output_pixels = 1;
 #include <ldi/kernels/gemm_u8/generic/single_output.hpp>
 
 template <bool is_unfused>
-void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_single_output(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                            std::size_t pixels, std::uint8_t* result) {
     const std::int16_t* const values = weights.wide.data();
     if constexpr (is_unfused)
@@ -163,12 +163,11 @@ void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* c
         gemm_u8_single_output(weights, values, integer_requantizer(weights.output), segments, pixel_stride, pixels, result);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     // a table, because Binaryen inlines functions with a single caller
-    static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
-                                     std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
-                                                       gemm_u8_single_output<false>, gemm_u8_single_output<true>};
+    static constexpr void (*kinds[])(const gemm_u8_data&, const std::uint8_t* const*, std::size_t, std::size_t, std::uint8_t*) = {
+        gemm_u8_widened<false>, gemm_u8_widened<true>, gemm_u8_single_output<false>, gemm_u8_single_output<true>};
     kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.has_float_form()}](weights, segments, pixel_stride,
                                                                                                pixels, result);
 }

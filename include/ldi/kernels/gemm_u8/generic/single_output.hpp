@@ -17,7 +17,7 @@ template <class Weight>
 
 /// Computes the sums of one pixel.
 template <class Weight>
-[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_weights& layer, const Weight* weights,
+[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_data& layer, const Weight* weights,
                                                              const std::uint8_t* const* segments, std::size_t offset) {
     gemm_vector sums{};
     for (std::size_t s = 0; s < layer.segments; ++s) {
@@ -33,7 +33,7 @@ template <class Weight>
 }
 
 template <class Weight, class Requantizer>
-inline void gemm_u8_single_output(const gemm_u8_weights& layer, const Weight* weights, const Requantizer& requantize,
+inline void gemm_u8_single_output(const gemm_u8_data& layer, const Weight* weights, const Requantizer& requantize,
                                   const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
                                   std::uint8_t* result) {
     for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
