@@ -21,7 +21,7 @@ inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segm
     };
     compute_tiles(
         {weights.outputs, weights.segments, weights.inputs}, segments, pixel_stride, pixels, weights.wide.data(),
-        [&weights](std::size_t o) { return weights.bias[o]; }, store);
+        [bias = weights.bias.data()](std::size_t o) { return bias[o]; }, store);
 }
 
 }}}  // namespace ldi::scalar
