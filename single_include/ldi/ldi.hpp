@@ -4695,6 +4695,55 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
 
 }}  // namespace ldi
 
+// ---- ldi/kernels/prepared.hpp
+// Weights and constants in the form in which kernels read them.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+template <class Data>
+class prepared;
+
+namespace detail {
+template <class Data>
+prepared<Data> prepared_from(Data data);
+}
+
+/// Data that a packing function prepared for its kernel. It can be read, for example `weights->outputs`, but not changed, because
+/// kernels do not check it.
+template <class Data>
+class prepared {
+public:
+    using value_type = typename Data::value_type;
+
+    /// Makes an empty object, without outputs.
+    prepared() = default;
+    prepared(const prepared&) = default;
+    prepared& operator=(const prepared& other) { return *this = prepared(other); }
+    /// The moved-from object is empty.
+    prepared(prepared&& other) noexcept : data_(std::exchange(other.data_, {})) {}
+    prepared& operator=(prepared&& other) noexcept {
+        data_ = std::exchange(other.data_, {});
+        return *this;
+    }
+
+    const Data& operator*() const { return data_; }
+    const Data* operator->() const { return &data_; }
+
+private:
+    friend prepared detail::prepared_from<Data>(Data data);
+
+    explicit prepared(Data data) : data_(std::move(data)) {}
+
+    Data data_;
+};
+
+template <class Data>
+prepared<Data> detail::prepared_from(Data data) {
+    return prepared<Data>(std::move(data));
+}
+
+}}  // namespace ldi
+
 // ---- ldi/kernels/requantize.hpp
 // Exact integer requantization to 8 bits, of an int32 accumulator (a sum of products) or of the sum of two 8-bit tensors. The
 // arithmetic is that of QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit.
@@ -4796,8 +4845,10 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Constants of an addition. Valid only if prepare_add_u8() made them.
-struct add_u8_constants {
+/// Constants of an addition.
+struct add_u8_data {
+    using value_type = std::uint8_t;
+
     isa target = isa::scalar;
     quantized_addition exact;
     bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
@@ -4806,63 +4857,18 @@ struct add_u8_constants {
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
+/// Made by prepare_add_u8().
+using add_u8_constants = prepared<add_u8_data>;
+
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
     bool has_float_form;  ///< whether the kernel has the float form, which is faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
-    void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                std::uint8_t* result);
+    void (*run)(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count, std::uint8_t* result);
 };
 
 }}  // namespace ldi
-
-// ---- ldi/kernels/detail/conv_weights.hpp
-// Arguments of kernels/conv_f32.hpp and kernels/conv_u8.hpp for one panel of outputs, on all instruction sets.
-
-#include <limits>
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Pixels, and the weights of one panel.
-template <class Value>
-struct conv_panel_input {
-    const Value* const* rows;  ///< addresses of the first pixel's pieces
-    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
-    std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;  ///< of the panel
-};
-
-/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
-constexpr float lowest_before(float negative_slope) {
-    using limits = std::numeric_limits<float>;
-    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
-}
-
-/// Destination of one panel's results, and the constants that turn sums into results.
-template <class Result>
-struct conv_panel_output {
-    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
-    float negative_slope, lowest;
-    std::size_t stride;  ///< distance between adjacent pixels, in values
-    std::size_t count;   ///< remaining outputs of the layer
-    Result* values;
-
-    template <class Weights>
-    conv_panel_output(const Weights& weights, const float* of_pixels, Result* result)
-        : bias(weights.bias.data()),
-          ratios(of_pixels),
-          negative_slope(weights.negative_slope),
-          lowest(lowest_before(negative_slope)),
-          stride(weights.outputs),
-          count(weights.outputs),
-          values(result) {}
-
-    /// Advances to the next panel.
-    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
-};
-
-}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/panel_cut.hpp
 // Splits the outputs of a matrix product or a convolution into panels, and packs the weights panel by panel.
@@ -4920,6 +4926,66 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
         first = last;
     }
 }
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/conv_weights.hpp
+// Arguments of kernels/conv_f32.hpp and kernels/conv_u8.hpp for one panel of outputs, on all instruction sets.
+
+#include <limits>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Pixels, and the weights of one panel.
+template <class Value, class Weight>
+struct conv_panel_input {
+    const Value* const* rows;  ///< addresses of the first pixel's pieces
+    /// Pieces per pixel, inputs per piece, and the distance between the pieces of adjacent pixels, in values.
+    std::size_t row_count, inputs, pixel_stride;
+    const Weight* weights;  ///< of the panel
+
+    template <class Weights>
+    conv_panel_input(const Weights& layer, const Value* const* of_first_pixel, std::size_t stride)
+        : rows(of_first_pixel), row_count(layer.rows), inputs(layer.inputs), pixel_stride(stride), weights(layer.values.data()) {}
+
+    /// Number of values to prefetch per group of inputs. Kernels prefetch the next tile's inputs at an even pace, because the
+    /// hardware prefetcher loads them too late.
+    std::size_t fetch_step(std::size_t tile_pixels, std::size_t group) const {
+        return tile_pixels * pixel_stride / groups_of(inputs, group);
+    }
+};
+template <class Weights, class Value>
+conv_panel_input(const Weights&, const Value* const*, std::size_t)
+    -> conv_panel_input<Value, typename decltype(Weights::values)::value_type>;
+
+/// Lower limit of values before an activation. It is finite for relu, because 0 * -infinity is NaN.
+constexpr float lowest_before(float negative_slope) {
+    using limits = std::numeric_limits<float>;
+    return negative_slope > 0.0F ? -limits::infinity() : limits::lowest();
+}
+
+/// Destination of one panel's results, and the constants that turn sums into results.
+template <class Result>
+struct conv_panel_output {
+    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
+    float negative_slope, lowest;
+    std::size_t stride;  ///< distance between adjacent pixels, in values
+    std::size_t count;   ///< remaining outputs of the layer
+    Result* values;
+
+    template <class Weights>
+    conv_panel_output(const Weights& weights, const float* of_pixels, Result* result)
+        : bias(weights.bias.data()),
+          ratios(of_pixels),
+          negative_slope(weights.negative_slope),
+          lowest(lowest_before(negative_slope)),
+          stride(weights.outputs),
+          count(weights.outputs),
+          values(result) {}
+
+    /// Advances to the next panel.
+    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
+};
 
 }}}  // namespace ldi::detail
 
@@ -5073,12 +5139,90 @@ struct relu_requantizer {
     }
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, float32x4_t values, std::size_t count) {
+    if (count >= 4) return vst1q_f32(to, values);
+    vst1q_lane_f32(to, values, 0);
+    if (count > 1) vst1q_lane_f32(to + 1, values, 1);
+    if (count > 2) vst1q_lane_f32(to + 2, values, 2);
+}
+
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
+}
+
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
+
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5094,22 +5238,27 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -5132,7 +5281,7 @@ struct adder {
     int32x4_t bias, a_multiplier, b_multiplier;
     rounding_shifter round;
 
-    explicit adder(const add_u8_constants& sum)
+    explicit adder(const add_u8_data& sum)
         : bias(vdupq_n_s32(sum.exact.bias)),
           a_multiplier(vdupq_n_s32(sum.exact.a_multiplier)),
           b_multiplier(vdupq_n_s32(sum.exact.b_multiplier)),
@@ -5160,7 +5309,7 @@ struct adder {
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -5173,7 +5322,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
     std::memcpy(result + i, rest[2], count - i);
 }
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     add_with<adder>(sum, a, b, count, result);
 }
@@ -5189,7 +5338,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
 }
@@ -5376,12 +5525,90 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
     for (; i < count; ++i) to[i] = from[i];
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, v128_t values, std::size_t count) {
+    if (count >= 4) return wasm_v128_store(to, values);
+    wasm_v128_store32_lane(to, values, 0);
+    if (count > 1) wasm_v128_store32_lane(to + 1, values, 1);
+    if (count > 2) wasm_v128_store32_lane(to + 2, values, 2);
+}
+
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
+}
+
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
+
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5397,22 +5624,27 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -5430,7 +5662,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 struct float_sums {
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
-    explicit float_sums(const add_u8_constants& sum)
+    explicit float_sums(const add_u8_data& sum)
         : a_scale(wasm_f32x4_splat(sum.a_scale)),
           b_scale(wasm_f32x4_splat(sum.b_scale)),
           offset(wasm_f32x4_splat(sum.offset)),
@@ -5459,7 +5691,7 @@ struct integer_sums {
     v128_t bias, a_multiplier, b_multiplier, zero_point;
     std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_sums(const add_u8_constants& sum)
+    explicit integer_sums(const add_u8_data& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
           a_multiplier(wasm_i32x4_splat(sum.exact.a_multiplier)),
           b_multiplier(wasm_i32x4_splat(sum.exact.b_multiplier)),
@@ -5506,7 +5738,7 @@ using integer_adder = adder<integer_sums>;
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -5520,7 +5752,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
 }
 // add_u8 with float_adder or integer_adder. Included after walk.hpp.
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
@@ -5626,12 +5858,89 @@ struct requantizer {
     }
 }
 
+/// Writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(float* to, __m256 values, std::size_t count) {
+    if (count >= 8) return _mm256_storeu_ps(to, values);
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane), values);
+}
+
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
+}
+
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
+
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5647,22 +5956,27 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -5776,7 +6090,7 @@ struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     float_lanes a_scale, b_scale, offset;
 
-    explicit float_adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_data& sum)
         : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
@@ -5795,7 +6109,7 @@ struct integer_adder {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
     __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_adder(const add_u8_constants& sum)
+    explicit integer_adder(const add_u8_data& sum)
         : bias(spread(sum.exact.bias)),
           a_multiplier(spread(sum.exact.a_multiplier)),
           b_multiplier(spread(sum.exact.b_multiplier)),
@@ -5827,7 +6141,7 @@ struct integer_adder {
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -5841,7 +6155,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
 }
 // add_u8 with float_adder or integer_adder. Included after walk.hpp.
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
@@ -5858,7 +6172,7 @@ struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     float_lanes a_scale, b_scale, offset;
 
-    explicit float_adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_data& sum)
         : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
@@ -5877,7 +6191,7 @@ struct integer_adder {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
     __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_adder(const add_u8_constants& sum)
+    explicit integer_adder(const add_u8_data& sum)
         : bias(spread(sum.exact.bias)),
           a_multiplier(spread(sum.exact.a_multiplier)),
           b_multiplier(spread(sum.exact.b_multiplier)),
@@ -5909,7 +6223,7 @@ struct integer_adder {
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -5923,7 +6237,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
 }
 // add_u8 with float_adder or integer_adder. Included after walk.hpp.
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
@@ -5961,7 +6275,7 @@ static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 /// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    find_kernel(add_u8_kernels, sum.target).run(sum, a, b, count, result);
+    find_kernel(add_u8_kernels, sum->target).run(*sum, a, b, count, result);
 }
 
 namespace detail {
@@ -5973,16 +6287,16 @@ inline constexpr std::array<std::uint8_t, 256> all_bytes = [] {
 }();
 
 /// Whether the float form with these constants equals the integer form for `a` and every b.
-inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
+inline bool is_exact(const add_u8_data& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], found[256];
     std::memset(as, a, sizeof as);
-    add_u8(sum, as, all_bytes.data(), 256, found);
+    find_kernel(add_u8_kernels, sum.target).run(sum, as, all_bytes.data(), 256, found);
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
 /// Whether the float form equals the integer form for all pairs of values. `suspect` is the value of `a` for which the last
 /// candidate failed; testing it first rejects most candidates early.
-inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
+inline bool is_exact(const add_u8_data& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
         if (!is_exact(sum, a, expected)) {
@@ -6002,8 +6316,8 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     check_available("prepare_add_u8", kernel.set);
-    add_u8_constants sum{kernel.set, exact};
-    if (!kernel.has_float_form) return sum;
+    add_u8_data sum{kernel.set, exact};
+    if (!kernel.has_float_form) return detail::prepared_from(sum);
     sum.is_float = true;
     buffer<std::uint8_t> expected;
     expected.reserve(65536);
@@ -6022,10 +6336,10 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
                 sum.offset = static_cast<float>(offset + offset_step * 0x1p-18);
                 sum.a_scale = a_scale * (1 + detail::nearest_float(a_step) * 0x1p-23F);
                 sum.b_scale = b_scale * (1 + detail::nearest_float(b_step) * 0x1p-23F);
-                if (detail::is_exact(sum, expected, suspect)) return sum;
+                if (detail::is_exact(sum, expected, suspect)) return detail::prepared_from(sum);
             }
     sum.is_float = false;
-    return sum;
+    return detail::prepared_from(sum);
 }
 
 }}  // namespace ldi
@@ -6162,8 +6476,8 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 
 }}  // namespace ldi
 
-// ---- ldi/kernels/conv_f32/weights.hpp
-// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
+// ---- ldi/kernels/conv_f32/contract.hpp
+// Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -6175,32 +6489,30 @@ inline constexpr activation no_activation{1.0F};
 inline constexpr activation relu{0.0F};
 constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
 
-/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
-struct conv_f32_weights {
+/// The weights of one layer in the order in which its kernel reads them.
+struct conv_f32_data {
     using value_type = float;
+    template <class Result>
+    using panel_output = detail::conv_panel_output<Result>;
 
-    static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_weights
+    static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_data
 
     isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
+    std::size_t rows = 0, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     buffer<float> values;
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
 
-}}  // namespace ldi
-
-// ---- ldi/kernels/conv_f32/contract.hpp
-// Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
+/// Made by pack_conv_f32().
+using conv_f32_weights = prepared<conv_f32_data>;
 
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
     isa set;
     detail::panel_layout layout;
     /// Same parameters as conv_f32() of kernels/conv_f32.hpp.
-    void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const conv_f32_data& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, float* result);
 };
 
@@ -6217,74 +6529,43 @@ struct conv_f32_kernel {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t conv_width = 8, conv_max_vectors = 3;
-
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256* sums, const float* input,
-                                                const __m256* weights) {
-    const __m256 x = _mm256_set1_ps(*input);
-    ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
-}
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 8, 3};
+    static constexpr std::size_t pixels[] = {12, 6, 4}, rest_pixels = 4;
+    using sums_type = __m256;
+    using weights_type = __m256;
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 __m256 values) {
-    const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), values);
-    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return _mm256_storeu_ps(to, activated);
-    const int count = out.count > from ? static_cast<int>(out.count - from) : 0;
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(count), lane), activated);
-}
+    [[gnu::always_inline]] static __m256 add_products(__m256 sums, __m256 inputs, __m256 weights) {
+        return _mm256_fmadd_ps(inputs, weights, sums);
+    }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {12, 6, 4};
-
-    template <std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const detail::conv_panel_input<float>& input,
-                     std::size_t first_pixel, const detail::conv_panel_output<float>& out) {
-        __m256 sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const float* weights = input.weights;
-        // number of values to prefetch per input, as in detail/conv_avx512.hpp
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* x = input.rows[r] + first_pixel * stride;
-            const float* next_tile = x + sizeof...(p) * stride;
-            for (std::size_t i = 0; i < input.inputs; ++i) {
-                const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
-                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-                ++x;
-                next_tile += fetch;
-                weights += sizeof...(v) * conv_width;
-            }
+    template <std::size_t... p, std::size_t... v, class Input>
+    [[gnu::always_inline]] static void add_piece(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256* sums,
+                                                 const float* inputs, const Input& from, std::size_t fetch,
+                                                 const float*& weights) {
+        const std::size_t stride = from.pixel_stride;
+        const float* next_tile = inputs + sizeof...(p) * stride;
+        for (std::size_t i = 0; i < from.inputs; ++i) {
+            const __m256 w[] = {_mm256_loadu_ps(weights + v * layout.lanes)...};
+            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+            (add_group<conv_f32_set>(vectors, sums + p * sizeof...(v), _mm256_set1_ps(inputs[p * stride]), w), ...);
+            ++inputs;
+            next_tile += fetch;
+            weights += sizeof...(v) * layout.lanes;
         }
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              __m256 sums, float ratio) {
+        const __m256 value = _mm256_fmadd_ps(sums, _mm256_set1_ps(ratio), _mm256_loadu_ps(out.bias + from));
+        const __m256 finite = _mm256_max_ps(_mm256_set1_ps(out.lowest), value);
+        const __m256 activated = _mm256_max_ps(_mm256_mul_ps(finite, _mm256_set1_ps(out.negative_slope)), finite);
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 LDI_END_TARGET
 
@@ -6316,7 +6597,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 /// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide; this halves its cost on
 /// processors that split 512-bit instructions in two (Zen 4).
-inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
+inline constexpr std::size_t conv_half = 8, conv_whole = 16;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -6385,16 +6666,15 @@ struct conv_tile_pointers {
 };
 
 /// Computes one tile: passes each group of inputs to Kernel::multiply_add().
-template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                             const detail::conv_panel_input<Value>& input, std::size_t first_pixel,
-                                             conv_tile_sums& tile_sums) {
+template <class Kernel, std::size_t half, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::noinline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                        const detail::conv_panel_input<Value, Weight>& input, std::size_t first_pixel,
+                                        conv_tile_sums& tile_sums) {
     constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
     const auto* weights = input.weights;
-    // Prefetches the next tile's inputs at an even pace, because the hardware prefetcher loads them too late.
-    const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
+    const std::size_t fetch = input.fetch_step(sizeof...(p), group);
     for (std::size_t r = 0; r < input.row_count; ++r) {
         const Value* const x = input.rows[r] + first_pixel * stride;
         const Value* next_tile = x + sizeof...(p) * stride;
@@ -6419,12 +6699,38 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
+[[gnu::always_inline]] inline void store_existing(float* to, __mmask16 existing, __m512 values) {
+    _mm512_mask_storeu_ps(to, existing, values);
+}
+/// Rounds, clamps and writes the existing values.
+[[gnu::always_inline]] inline void store_existing(std::uint8_t* to, __mmask16 existing, __m512 values) {
+    const __m512 clamped = _mm512_min_ps(_mm512_max_ps(values, _mm512_setzero_ps()), _mm512_set1_ps(255.0F));
+    _mm_mask_storeu_epi8(to, existing, _mm512_cvtepi32_epi8(_mm512_cvtps_epi32(clamped)));
+}
+
+/// Converts the sums of a tile to results, and stores them.
+template <class Kernel, class Output>
+[[gnu::noinline]] inline void finish_conv_tile(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                               std::size_t pixels, const Output& out) {
+    const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+    const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+    for (std::size_t v = 0; v < vectors; ++v) {
+        const std::size_t from = v * conv_whole;
+        const __mmask16 existing = existing_outputs(out, from);
+        const typename Kernel::finisher finish(out, from, existing);
+        const float *sum = sums.lanes + from, *ratio = ratios;
+        auto* to = out.values + first_pixel * stride + from;
+        for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride)
+            store_existing(to, existing, finish(_mm512_load_ps(sum), _mm512_set1_ps(*ratio)));
+    }
+}
+
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6440,29 +6746,40 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
 
-/// The primitives that generic/conv_walk.hpp requires.
+/// The primitives that generic/conv_walk.hpp requires. The class Kernel has these members:
+///
+///     group                                      inputs per multiplication
+///     load(input), load_rest(input, count)       load a group of inputs, or fewer
+///     multiply_add(vectors, sums, inputs, weights)  adds the products of one group
+///     finisher(output, from, existing)           class that converts sums and a ratio to results, for outputs `from` and
+///     following
 template <class Kernel>
 struct conv_tiles {
-    static constexpr std::size_t group = Kernel::group, width = conv_half, max_vectors = conv_max_halves, rest_pixels = 8;
-    static constexpr std::size_t pixels[max_vectors] = {24, 24, 12, 12, 8};
+    static constexpr detail::panel_layout layout{Kernel::group, conv_half, 5};
+    static constexpr std::size_t pixels[layout.max_vectors] = {24, 24, 12, 12, 8}, rest_pixels = 8;
 
     template <class Pixels, std::size_t... h, class Input, class Output>
     static void tile(Pixels pixels_of_tile, std::index_sequence<h...>, const Input& input, std::size_t first_pixel,
@@ -6470,8 +6787,8 @@ struct conv_tiles {
         constexpr std::size_t whole = sizeof...(h) / 2, half = sizeof...(h) % 2;
         static_assert(Pixels::size() * (whole + half) <= 24);
         conv_tile_sums sums;
-        Kernel::template sum<half>(pixels_of_tile, std::make_index_sequence<whole>{}, input, first_pixel, sums);
-        Kernel::finish(sums, whole + half, first_pixel, Pixels::size(), out);
+        conv_tile<Kernel, half>(pixels_of_tile, std::make_index_sequence<whole>{}, input, first_pixel, sums);
+        finish_conv_tile<Kernel>(sums, whole + half, first_pixel, Pixels::size(), out);
     }
 };
 
@@ -6508,43 +6825,21 @@ struct conv_f32_sums {
         }
     }
 
-    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const detail::conv_panel_output<float>& out) {
-        const __m512 slope = _mm512_set1_ps(out.negative_slope), lowest = _mm512_set1_ps(out.lowest);
-        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
-        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
-        for (std::size_t v = 0; v < vectors; ++v) {
-            const std::size_t from = v * conv_whole;
-            const __mmask16 existing = existing_outputs(out, from);
-            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
-            const float *sum = sums.lanes + from, *ratio = ratios;
-            float* to = out.values + first_pixel * stride + from;
-            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-                const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias));
-                _mm512_mask_storeu_ps(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
-            }
-        }
-    }
+    struct finisher {
+        __m512 slope, lowest, bias;
 
-    template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<float>& input,
-                                      std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_f32_sums, half>(pixels, vectors, input, first_pixel, sums);
-    }
+        [[gnu::always_inline]] finisher(const detail::conv_panel_output<float>& out, std::size_t from, __mmask16 existing)
+            : slope(_mm512_set1_ps(out.negative_slope)),
+              lowest(_mm512_set1_ps(out.lowest)),
+              bias(_mm512_maskz_loadu_ps(existing, out.bias + from)) {}
+
+        [[gnu::always_inline]] __m512 operator()(__m512 sums, __m512 ratio) const {
+            const __m512 values = _mm512_max_ps(lowest, _mm512_fmadd_ps(sums, ratio, bias));
+            return _mm512_max_ps(_mm512_mul_ps(values, slope), values);
+        }
+    };
 };
 using conv_f32_tiles = conv_tiles<conv_f32_sums>;
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
 
 LDI_END_TARGET
 
@@ -6563,12 +6858,14 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
-
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// The primitives that multiply_add_groups() requires.
-struct conv_products {
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 4, 4};
+    static constexpr std::size_t pixels[] = {12, 8, 7, 6}, rest_pixels = 4;
+    using sums_type = float32x4_t;
+
+    /// The primitives that multiply_add_groups() requires.
     static constexpr std::size_t group = 1;
     using inputs_type = float32x4_t;
 
@@ -6582,55 +6879,23 @@ struct conv_products {
         if constexpr (count == 2) return vcombine_f32(vld1_f32(from), vdup_n_f32(0.0F));
         return vld1q_dup_f32(from);
     }
-};
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 float32x4_t values) {
-    const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), values);
-    const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);  // ignores NaN (infinity * 0)
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return vst1q_f32(to, activated);
-    if (out.count > from) vst1q_lane_f32(to, activated, 0);
-    if (out.count > from + 1) vst1q_lane_f32(to + 1, activated, 1);
-    if (out.count > from + 2) vst1q_lane_f32(to + 2, activated, 2);
-}
+    template <class Pixels, class Vectors, class Input>
+    [[gnu::always_inline]] static void add_piece(Pixels tile_pixels, Vectors vectors, float32x4_t* sums, const float* inputs,
+                                                 const Input& from, std::size_t, const float*& weights) {
+        multiply_add_groups<conv_f32_set>(tile_pixels, vectors, sums, weights, inputs, from.pixel_stride, from.inputs);
+    }
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width, vfmaq_f32(load(out.bias + v * conv_width), sums[v], ratio)), ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {12, 8, 7, 6};
-
-    template <std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<float>& input, std::size_t first_pixel,
-                     const detail::conv_panel_output<float>& out) {
-        float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r)
-            multiply_add_groups<conv_products>(pixels_of_tile, vectors, sums, weights, input.rows[r] + first_pixel * stride,
-                                               stride, input.inputs);
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              float32x4_t sums, float ratio) {
+        const float32x4_t value = vfmaq_f32(load(out.bias + from), sums, vdupq_n_f32(ratio));
+        const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), value);
+        // ignores NaN (infinity * 0)
+        const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 LDI_END_TARGET
 
@@ -6638,14 +6903,14 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_f32/scalar.hpp
-// kernels/conv_f32.hpp in portable C++.
+// ---- ldi/kernels/detail/scalar_tiles.hpp
+// Loops of gemm_u8, conv_f32 and conv_u8 in portable C++.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of outputs that are adjacent in memory. Compilers vectorize the loop over them.
-inline constexpr std::size_t conv_panel = 8;
-inline constexpr detail::panel_layout conv_f32_layout{1, conv_panel, 1};
+/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
+inline constexpr std::size_t panel_outputs = 8;
+inline constexpr detail::panel_layout panels{1, panel_outputs, 1};
 
 /// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
 /// only, and a pixel's bits would depend on its tile.
@@ -6656,42 +6921,62 @@ inline float multiply_add(float a, float b, float c) {
     return a * b + c;
 #endif
 }
+inline std::int32_t multiply_add(std::int16_t a, std::int16_t b, std::int32_t c) { return std::int32_t{a} * std::int32_t{b} + c; }
 
 /// Computes `pixels` pixels with one panel of weights.
-template <std::size_t pixels>
-inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
-                      std::size_t first_output, const float* ratios, float* result) {
-    float sums[pixels][conv_panel] = {};
-    const float* values = weights.values.data() + first_output * weights.rows * weights.inputs;
-    for (std::size_t r = 0; r < weights.rows; ++r) {
-        const float* const input = rows[r] + offset;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
-            for (std::size_t p = 0; p < pixels; ++p)
-                for (std::size_t o = 0; o < conv_panel; ++o)
-                    sums[p][o] = multiply_add(input[p * pixel_stride + i], values[o], sums[p][o]);
-    }
-    const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
-    const float lowest = detail::lowest_before(weights.negative_slope);
+template <std::size_t pixels, class Value, class Weight, class Start, class Store>
+void compute_tile(const detail::weight_shape& shape, const Value* const* pieces, std::size_t first_pixel,
+                  std::size_t pixel_stride, const Weight* weights, Start start, std::size_t first_output, Store store) {
+    decltype(start(0)) sums[pixels][panel_outputs];
     for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < count; ++o) {
-            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
-            const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
-            result[p * weights.outputs + first_output + o] =
-                value > 0.0F ? value : (std::max)(value, lowest) * weights.negative_slope;
-        }
+        for (std::size_t o = 0; o < panel_outputs; ++o) sums[p][o] = start(first_output + o);
+    weights += first_output * shape.pieces * shape.inputs;
+    for (std::size_t piece = 0; piece < shape.pieces; ++piece) {
+        const Value* const input = pieces[piece] + first_pixel * pixel_stride;
+        for (std::size_t i = 0; i < shape.inputs; ++i, weights += panel_outputs)
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const auto x = input[p * pixel_stride + i];
+                for (std::size_t o = 0; o < panel_outputs; ++o) sums[p][o] = multiply_add(x, weights[o], sums[p][o]);
+            }
+    }
+    const std::size_t count = (std::min)(panel_outputs, shape.outputs - first_output);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < count; ++o) store(first_pixel + p, first_output + o, sums[p][o]);
 }
 
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
+/// Computes all outputs of all pixels.
+///
+/// pieces  addresses of the first pixel's pieces
+/// start   start(output) returns the start value of a sum; also called for the outputs that pad the last panel
+/// store   store(pixel, output, sum) converts a sum to a result and stores it
+template <class Value, class Weight, class Start, class Store>
+void compute_tiles(const detail::weight_shape& shape, const Value* const* pieces, std::size_t pixel_stride, std::size_t pixels,
+                   const Weight* weights, Start start, Store store) {
     constexpr std::size_t tile = 4;
-    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
-    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
+    for (std::size_t o = 0; o < shape.outputs; o += panel_outputs) {
         std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile)
-            conv_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
-        for (; p < pixels; ++p)
-            conv_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+        for (; p + tile <= pixels; p += tile) compute_tile<tile>(shape, pieces, p, pixel_stride, weights, start, o, store);
+        for (; p < pixels; ++p) compute_tile<1>(shape, pieces, p, pixel_stride, weights, start, o, store);
     }
+}
+
+}}}  // namespace ldi::scalar
+
+// ---- ldi/kernels/conv_f32/scalar.hpp
+// kernels/conv_f32.hpp in portable C++.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
+
+inline void conv_f32(const conv_f32_data& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    const float slope = weights.negative_slope, lowest = detail::lowest_before(slope);
+    const auto store = [=, outputs = weights.outputs, bias = weights.bias.data()](std::size_t p, std::size_t o, float sum) {
+        const float value = multiply_add(sum, ratios == nullptr ? 1.0F : ratios[p], bias[o]);
+        result[p * outputs + o] = value > 0.0F ? value : (std::max)(value, lowest) * slope;
+    };
+    compute_tiles(
+        {weights.outputs, weights.rows, weights.inputs}, rows, pixel_stride, pixels, weights.values.data(),
+        [](std::size_t) { return 0.0F; }, store);
 }
 
 }}}  // namespace ldi::scalar
@@ -6708,68 +6993,36 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
+struct conv_f32_set {
+    static constexpr detail::panel_layout layout{1, 4, 2};
+    static constexpr std::size_t pixels[] = {6, 4}, rest_pixels = 4;
+    using sums_type = v128_t;
+    using weights_type = v128_t;
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const float* input,
-                                                const v128_t* weights) {
-    const v128_t x = wasm_v128_load32_splat(input);
-    ((sums[v] = wasm_f32x4_add(sums[v], wasm_f32x4_mul(x, weights[v]))), ...);
-}
+    [[gnu::always_inline]] static v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
+        return wasm_f32x4_add(sums, wasm_f32x4_mul(inputs, weights));
+    }
 
-[[gnu::always_inline]] inline void store_outputs(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 v128_t values) {
-    const v128_t finite = wasm_f32x4_pmax(values, wasm_f32x4_splat(out.lowest));
-    const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return wasm_v128_store(to, activated);
-    if (out.count > from) wasm_v128_store32_lane(to, activated, 0);
-    if (out.count > from + 1) wasm_v128_store32_lane(to + 1, activated, 1);
-    if (out.count > from + 2) wasm_v128_store32_lane(to + 2, activated, 2);
-}
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums,
-                                          const detail::conv_panel_output<float>& out, std::size_t pixel) {
-    const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width,
-                   wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_width))),
-     ...);
-}
-
-struct conv_f32_tiles {
-    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors, rest_pixels = 4;
-    static constexpr std::size_t pixels[] = {6, 4};
-
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                            const detail::conv_panel_input<float>& input, std::size_t first_pixel,
-                                            const detail::conv_panel_output<float>& out) {
-        v128_t sums[sizeof...(p) * sizeof...(v)] = {};
-        const float* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* x[] = {input.rows[r] + (first_pixel + p) * input.pixel_stride...};
-            for (std::size_t i = 0; i < input.inputs; ++i) {
-                const v128_t w[] = {wasm_v128_load(weights + v * conv_width)...};
-                (multiply_add(vectors, sums + p * sizeof...(v), x[p]++, w), ...);
-                weights += sizeof...(v) * conv_width;
-            }
+    template <std::size_t... p, std::size_t... v, class Input>
+    [[gnu::always_inline]] static void add_piece(std::index_sequence<p...>, std::index_sequence<v...> vectors, v128_t* sums,
+                                                 const float* inputs, const Input& from, std::size_t, const float*& weights) {
+        const float* x[] = {inputs + p * from.pixel_stride...};
+        for (std::size_t i = 0; i < from.inputs; ++i) {
+            const v128_t w[] = {wasm_v128_load(weights + v * layout.lanes)...};
+            (add_group<conv_f32_set>(vectors, sums + p * sizeof...(v), wasm_v128_load32_splat(x[p]++), w), ...);
+            weights += sizeof...(v) * layout.lanes;
         }
-        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+    [[gnu::always_inline]] static void finish(const detail::conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                              v128_t sums, float ratio) {
+        const v128_t value = wasm_f32x4_add(wasm_f32x4_mul(sums, wasm_f32x4_splat(ratio)), wasm_v128_load(out.bias + from));
+        const v128_t finite = wasm_f32x4_pmax(value, wasm_f32x4_splat(out.lowest));
+        const v128_t activated = wasm_f32x4_pmax(finite, wasm_f32x4_mul(finite, wasm_f32x4_splat(out.negative_slope)));
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
-// conv_f32_tiles.
-
-inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_panels<conv_f32_tiles>(
-        weights, detail::conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        detail::conv_panel_output<float>(weights, ratios, result));
-}
+using conv_f32_tiles = conv_tiles<conv_f32_set>;
 
 }}}  // namespace ldi::wasm_simd128
 
@@ -6788,16 +7041,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::conv_f32_layout, avx2::conv_f32},
-    {isa::avx512vnni, avx512vnni::conv_f32_layout, avx512vnni::conv_f32},
+    {isa::avx2, avx2::conv_f32_tiles::layout, avx2::conv<avx2::conv_f32_tiles>},
+    {isa::avx512vnni, avx512vnni::conv_f32_tiles::layout, avx512vnni::conv<avx512vnni::conv_f32_tiles>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::conv_f32_layout, neon::conv_f32},
+    {isa::neon_dot_product, neon::conv_f32_tiles::layout, neon::conv<neon::conv_f32_tiles>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::conv_f32_layout, wasm_simd128::conv_f32},
+    {isa::wasm_simd128, wasm_simd128::conv_f32_tiles::layout, wasm_simd128::conv<wasm_simd128::conv_f32_tiles>},
 #endif
-    {isa::scalar, scalar::conv_f32_layout, scalar::conv_f32},
+    {isa::scalar, scalar::panels, scalar::conv_f32},
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
@@ -6814,7 +7067,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
     check_available("pack_conv_f32", kernel.set);
-    conv_f32_weights packed;
+    conv_f32_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
@@ -6824,18 +7077,18 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
                           [weights](std::size_t i) { return weights[i]; });
     packed.bias.assign(bias.begin(), bias.end());
     packed.bias.resize(detail::groups_of(packed.outputs, kernel.layout.lanes) * kernel.layout.lanes, 0.0F);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes result = activation((sum of weight * input) * ratio + bias).
 ///
-/// rows          addresses of the first pixel's pieces, each of weights.inputs values
+/// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    find_kernel(conv_f32_kernels, weights.target).run(weights, rows, pixel_stride, pixels, ratios, result);
+    find_kernel(conv_f32_kernels, weights->target).run(*weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }}  // namespace ldi
@@ -6851,12 +7104,19 @@ inline constexpr std::int32_t max_conv_u8_weight = 63;
 /// Maximum number of inputs per output over all pieces, so that sums fit in 32 bits.
 inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
-/// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
-struct conv_u8_weights {
+namespace detail {
+template <class Result>
+struct conv_u8_panel_output;
+}
+
+/// The weights of one layer in the order in which conv_u8() reads them.
+struct conv_u8_data {
     using value_type = std::uint8_t;  ///< type of the inputs
+    template <class Result>
+    using panel_output = detail::conv_u8_panel_output<Result>;
 
     isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
+    std::size_t rows = 0, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
@@ -6864,15 +7124,18 @@ struct conv_u8_weights {
     buffer<float> scales, bias;
 };
 
+/// Made by pack_conv_u8().
+using conv_u8_weights = prepared<conv_u8_data>;
+
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
     detail::panel_layout layout;
     std::int32_t subtrahend;  ///< the kernel subtracts it from all inputs
     /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
-    void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
-    void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
+    void (*run_to_float)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
                          std::size_t pixels, const float* ratios, float* result);
 };
 
@@ -6885,7 +7148,7 @@ struct conv_u8_panel_output : conv_panel_output<Result> {
     const float* scales;
     float zero_point;
 
-    conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
+    conv_u8_panel_output(const conv_u8_data& weights, const float* of_pixels, Result* result)
         : conv_panel_output<Result>(weights, of_pixels, result),
           offsets(weights.offsets.data()),
           scales(weights.scales.data()),
@@ -6911,131 +7174,51 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-namespace conv_u8_set {
-
-inline constexpr std::size_t width = 8, max_vectors = 3, group = 4, pixels[] = {10, 5, 3};
-using sums_type = __m256i;
-using inputs_type = __m256i;
-using weights_type = __m256i;
-
-[[gnu::always_inline]] inline __m256i load_inputs(const std::uint8_t* from, std::size_t count) {
-    std::int32_t four = 0;
-    std::memcpy(&four, from, count);
-    return _mm256_set1_epi32(four);
-}
-[[gnu::always_inline]] inline __m256i load_weights(const std::uint8_t* from) {
-    return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
-}
-[[gnu::always_inline]] inline __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
-    return _mm256_add_epi32(sums, _mm256_madd_epi16(_mm256_maddubs_epi16(inputs, weights), _mm256_set1_epi16(1)));
-}
-
-[[gnu::always_inline]] inline void store_outputs(float* to, std::size_t count, __m256 values) {
-    if (count >= width) return _mm256_storeu_ps(to, values);
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane), values);
-}
-[[gnu::always_inline]] inline void store_outputs(std::uint8_t* to, std::size_t count, __m256 values) {
+/// Rounds, clamps and writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, __m256 values, std::size_t count) {
     const __m256 clamped = _mm256_min_ps(_mm256_max_ps(values, _mm256_setzero_ps()), _mm256_set1_ps(255.0F));
     const __m256i integers = _mm256_cvtps_epi32(clamped);
     const __m128i words = _mm_packus_epi32(_mm256_castsi256_si128(integers), _mm256_extracti128_si256(integers, 1));
     const __m128i bytes = _mm_packus_epi16(words, words);
-    if (count >= width) return _mm_storeu_si64(to, bytes);
-    std::uint8_t all[width];
+    if (count >= 8) return _mm_storeu_si64(to, bytes);
+    std::uint8_t all[8];
     _mm_storeu_si64(all, bytes);
     std::memcpy(to, all, count);
 }
 
-template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
-                                                 std::size_t from, __m256i sums, float ratio) {
-    if (out.count <= from) return;
-    const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
-    const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
-    const __m256 scales = _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), _mm256_set1_ps(ratio));
-    const __m256 value =
-        _mm256_max_ps(_mm256_set1_ps(out.lowest), _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from)));
-    const __m256 zero_point = _mm256_set1_ps(out.zero_point);
-    const __m256 activated =
-        _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point), _mm256_add_ps(value, zero_point));
-    store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
-}
+struct conv_u8_set {
+    static constexpr detail::panel_layout layout{4, 8, 3};
+    static constexpr std::size_t pixels[] = {10, 5, 3}, rest_pixels = 4;
+    using sums_type = __m256i;
+    using weights_type = __m256i;
 
-}  // namespace conv_u8_set
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static __m256i load_inputs(const std::uint8_t* from, std::size_t count) {
+        std::int32_t four = 0;
+        std::memcpy(&four, from, count);
+        return _mm256_set1_epi32(four);
+    }
+    [[gnu::always_inline]] static __m256i load_weights(const std::int8_t* from) {
+        return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+    }
+    [[gnu::always_inline]] static __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
+        return _mm256_add_epi32(sums, _mm256_madd_epi16(_mm256_maddubs_epi16(inputs, weights), _mm256_set1_epi16(1)));
     }
 
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    template <class Result>
+    [[gnu::always_inline]] static void finish(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                              std::size_t from, __m256i sums, float ratio) {
+        const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
+        const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
+        const __m256 scales = _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), _mm256_set1_ps(ratio));
+        const __m256 value =
+            _mm256_max_ps(_mm256_set1_ps(out.lowest), _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from)));
+        const __m256 zero_point = _mm256_set1_ps(out.zero_point);
+        const __m256 activated = _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point),
+                                               _mm256_add_ps(value, zero_point));
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 LDI_END_TARGET
 
@@ -7078,63 +7261,27 @@ struct conv_u8_sums {
                                                                 _mm256_castps_si256(weights.rest)));
     }
 
-    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
-        _mm512_mask_storeu_ps(to, existing, values);
-    }
-    [[gnu::always_inline]] static void store(std::uint8_t* to, __mmask16 existing, __m512 values) {
-        const __m512 clamped = _mm512_min_ps(_mm512_max_ps(values, _mm512_setzero_ps()), _mm512_set1_ps(255.0F));
-        _mm_mask_storeu_epi8(to, existing, _mm512_cvtepi32_epi8(_mm512_cvtps_epi32(clamped)));
-    }
+    struct finisher {
+        __m512 slope, zero_point, lowest, scales, bias;
+        __m512i offsets;
 
-    template <class Result>
-    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const detail::conv_u8_panel_output<Result>& out) {
-        const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
-        const __m512 lowest = _mm512_set1_ps(out.lowest);
-        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
-        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
-        for (std::size_t v = 0; v < vectors; ++v) {
-            const std::size_t from = v * conv_whole;
-            const __mmask16 existing = existing_outputs(out, from);
-            const __m512i offsets = _mm512_maskz_loadu_epi32(existing, out.offsets + from);
-            const __m512 scales = _mm512_maskz_loadu_ps(existing, out.scales + from);
-            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
-            const float *sum = sums.lanes + from, *ratio = ratios;
-            Result* to = out.values + first_pixel * stride + from;
-            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
-                const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_load_si512(sum), offsets));
-                const __m512 scaled = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
-                const __m512 value = _mm512_max_ps(lowest, scaled);
-                const __m512 activated =
-                    _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
-                store(to, existing, activated);
-            }
+        template <class Result>
+        [[gnu::always_inline]] finisher(const detail::conv_u8_panel_output<Result>& out, std::size_t from, __mmask16 existing)
+            : slope(_mm512_set1_ps(out.negative_slope)),
+              zero_point(_mm512_set1_ps(out.zero_point)),
+              lowest(_mm512_set1_ps(out.lowest)),
+              scales(_mm512_maskz_loadu_ps(existing, out.scales + from)),
+              bias(_mm512_maskz_loadu_ps(existing, out.bias + from)),
+              offsets(_mm512_maskz_loadu_epi32(existing, out.offsets + from)) {}
+
+        [[gnu::always_inline]] __m512 operator()(__m512 sums, __m512 ratio) const {
+            const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_castps_si512(sums), offsets));
+            const __m512 value = _mm512_max_ps(lowest, _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, ratio), bias));
+            return _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
         }
-    }
-
-    template <std::size_t half, class Pixels, class Vectors>
-    [[gnu::noinline]] static void sum(Pixels pixels, Vectors vectors, const detail::conv_panel_input<std::uint8_t>& input,
-                                      std::size_t first_pixel, conv_tile_sums& sums) {
-        conv_tile<conv_u8_sums, half>(pixels, vectors, input, first_pixel, sums);
-    }
+    };
 };
 using conv_u8_tiles = conv_tiles<conv_u8_sums>;
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
 
 LDI_END_TARGET
 
@@ -7151,25 +7298,90 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-namespace conv_u8_set {
+struct conv_u8_set : avx2::conv_u8_set {
+    static constexpr std::size_t pixels[] = {12, 6, 4};
 
-using avx2::conv_u8_set::width, avx2::conv_u8_set::max_vectors, avx2::conv_u8_set::group, avx2::conv_u8_set::sums_type,
-    avx2::conv_u8_set::inputs_type, avx2::conv_u8_set::weights_type, avx2::conv_u8_set::load_inputs,
-    avx2::conv_u8_set::load_weights, avx2::conv_u8_set::finish_vector;
-inline constexpr std::size_t pixels[] = {12, 6, 4};
+    [[gnu::always_inline]] static __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
+        return _mm256_dpbusd_avx_epi32(sums, inputs, weights);
+    }
+};
 
-[[gnu::always_inline]] inline __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
-    return _mm256_dpbusd_avx_epi32(sums, inputs, weights);
+// Tiles of conv_f32 and conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region,
+// after conv_walk.hpp. The template parameter Set provides the primitives:
+//
+//     layout, pixels, rest_pixels               as in conv_walk.hpp
+//     sums_type                                 vector of sums
+//     finish(output, pixel, from, sums, ratio)  stores the results of a vector of sums, the first for output `from`
+//     add_piece(pixels, vectors, sums, inputs, from, fetch, weights)
+//                                               adds the products of one piece of all pixels, and moves `weights` to the next
+//                                               piece. `from` is the conv_panel_input, `fetch` its fetch_step()
+//
+// If conv_pieces provides add_piece(), these primitives are required instead:
+//
+//     weights_type, load_weights(from)     weights of one group for a vector of outputs; loads them
+//     load_inputs(from, count)             loads up to a group of inputs, pads it with zeros, and repeats it for each output
+//     add_products(sums, inputs, weights)  returns the sums plus the products of one group
+
+/// Adds the products of one group of a pixel's inputs.
+template <class Set, class Inputs, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<v...>, typename Set::sums_type* sums, Inputs inputs,
+                                             const typename Set::weights_type* weights) {
+    ((sums[v] = Set::add_products(sums[v], inputs, weights[v])), ...);
 }
 
-}  // namespace conv_u8_set
+/// Adds the products of one group of `count` inputs of all pixels, and moves `weights` to the next group.
+template <class Set, class Value, class Weight, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_group(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             typename Set::sums_type* sums, const Value* inputs, std::size_t stride,
+                                             std::size_t count, const Weight*& weights) {
+    constexpr std::size_t vector = Set::layout.group * Set::layout.lanes;
+    const typename Set::weights_type w[] = {Set::load_weights(weights + v * vector)...};
+    (add_group<Set>(vectors, sums + p * sizeof...(v), Set::load_inputs(inputs + p * stride, count), w), ...);
+    weights += sizeof...(v) * vector;
+}
 
+/// Adds the products of a piece group by group.
+template <class Set>
+struct conv_pieces : Set {
+    template <class Pixels, class Vectors, class Sums, class Input, class Weight>
+    [[gnu::always_inline]] static void add_piece(Pixels pixels, Vectors vectors, Sums* sums, const std::uint8_t* inputs,
+                                                 const Input& from, std::size_t, const Weight*& weights) {
+        constexpr std::size_t group = Set::layout.group;
+        std::size_t rest = from.inputs;
+        for (; rest >= group; rest -= group, inputs += group)
+            add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, group, weights);
+        if (rest != 0) add_group<Set>(pixels, vectors, sums, inputs, from.pixel_stride, rest, weights);
+    }
+};
+
+template <class Set>
+struct conv_tiles : Set {
+    template <class Input, class Output, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> tile_pixels, std::index_sequence<v...> vectors, const Input& input,
+                     std::size_t first_pixel, const Output& out) {
+        typename Set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const Input from = input;  // a local copy, so that the compiler keeps it in registers
+        const auto* weights = from.weights;
+        const std::size_t fetch = from.fetch_step(sizeof...(p), Set::layout.group);
+        for (std::size_t r = 0; r < from.row_count; ++r)
+            Set::add_piece(tile_pixels, vectors, sums, from.rows[r] + first_pixel * from.pixel_stride, from, fetch, weights);
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    template <class Output, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const typename Set::sums_type* sums,
+                                                    const Output& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (Set::finish(out, pixel, v * Set::layout.lanes, sums[v], ratio), ...);
+    }
+};
 // Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
-//     group, width, max_vectors   inputs per instruction and output; outputs per vector; maximum vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     rest_pixels                 pixels of the largest tile for the pixels that remain after the full tiles
+//     layout        order of the weights
+//     pixels[v]     pixels of a full tile with v + 1 vectors
+//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -7185,97 +7397,29 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 
 /// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
 /// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+template <class Kernel, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
                                                const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    constexpr detail::panel_layout layout = Kernel::layout;
+    const detail::panel_cut cut(out.count, layout.lanes, layout.max_vectors);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * layout.lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        input.weights += input.row_count * detail::groups_of(input.inputs, layout.group) * layout.group * lanes;
         out.skip(lanes);
     }
 }
 
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+/// conv_f32() or conv_u8() with this kernel.
+template <class Kernel, class Weights, class Value, class Result>
+inline void conv(const Weights& weights, const Value* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                 const float* ratios, Result* result) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::layout.max_vectors>{},
+                        detail::conv_panel_input(weights, rows, pixel_stride), pixels,
+                        typename Weights::template panel_output<Result>(weights, ratios, result));
 }
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-    }
-
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
-    }
-};
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 LDI_END_TARGET
 
@@ -7293,126 +7437,45 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-namespace conv_u8_set {
-
-inline constexpr std::size_t width = 4, max_vectors = 4, group = 4, pixels[] = {12, 8, 6, 5};
-using sums_type = int32x4_t;
-using inputs_type = int8x16_t;
-using weights_type = int8x16_t;
-
-[[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from, std::size_t count) {
-    std::uint32_t four = 0;
-    std::memcpy(&four, from, count);
-    return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
-}
-[[gnu::always_inline]] inline int8x16_t load_weights(const std::uint8_t* from) { return vreinterpretq_s8_u8(vld1q_u8(from)); }
-[[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t inputs, int8x16_t weights) {
-    return neon::add_products(sums, inputs, weights);
-}
-
-[[gnu::always_inline]] inline void store_outputs(float* to, std::size_t count, float32x4_t values) {
-    if (count >= width) return vst1q_f32(to, values);
-    float all[width];
-    vst1q_f32(all, values);
-    std::memcpy(to, all, count * sizeof(float));
-}
-[[gnu::always_inline]] inline void store_outputs(std::uint8_t* to, std::size_t count, float32x4_t values) {
+/// Rounds, clamps and writes the first `count` values, at least one.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, float32x4_t values, std::size_t count) {
     const float32x4_t clamped = vminq_f32(vmaxq_f32(values, vdupq_n_f32(0.0F)), vdupq_n_f32(255.0F));
     const uint16x4_t words = vmovn_u32(vcvtnq_u32_f32(clamped));
     const uint8x8_t bytes = vmovn_u16(vcombine_u16(words, words));
     std::uint8_t all[8];
     vst1_u8(all, bytes);
-    std::memcpy(to, all, count < width ? count : width);
+    std::memcpy(to, all, count < 4 ? count : 4);
 }
 
-template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
-                                                 std::size_t from, int32x4_t sums, float ratio) {
-    if (out.count <= from) return;
-    const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
-    const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
-    const float32x4_t value = vmaxq_f32(vdupq_n_f32(out.lowest), vfmaq_f32(load(out.bias + from), exact, scales));
-    const float32x4_t zero_point = vdupq_n_f32(out.zero_point);
-    const float32x4_t activated =
-        vmaxnmq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
-    store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
-}
+struct conv_u8_set {
+    static constexpr detail::panel_layout layout{4, 4, 4};
+    static constexpr std::size_t pixels[] = {12, 8, 6, 5}, rest_pixels = 4;
+    using sums_type = int32x4_t;
+    using weights_type = int8x16_t;
 
-}  // namespace conv_u8_set
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static int8x16_t load_inputs(const std::uint8_t* from, std::size_t count) {
+        std::uint32_t four = 0;
+        std::memcpy(&four, from, count);
+        return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
+    }
+    [[gnu::always_inline]] static int8x16_t load_weights(const std::int8_t* from) { return load(from); }
+    [[gnu::always_inline]] static int32x4_t add_products(int32x4_t sums, int8x16_t inputs, int8x16_t weights) {
+        return neon::add_products(sums, inputs, weights);
     }
 
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    template <class Result>
+    [[gnu::always_inline]] static void finish(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                              std::size_t from, int32x4_t sums, float ratio) {
+        const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
+        const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
+        const float32x4_t value = vmaxq_f32(vdupq_n_f32(out.lowest), vfmaq_f32(load(out.bias + from), exact, scales));
+        const float32x4_t zero_point = vdupq_n_f32(out.zero_point);
+        const float32x4_t activated =
+            vmaxnmq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
+        store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
 };
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 LDI_END_TARGET
 
@@ -7425,13 +7488,9 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of outputs that are adjacent in memory, so that compilers vectorize the loop over them.
-inline constexpr std::size_t conv_u8_panel = 8;
-inline constexpr detail::panel_layout conv_u8_layout{1, conv_u8_panel, 1};
-
 /// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
-Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
+inline Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value =
         (std::max)(detail::fused_multiply_add(detail::nearest_float(sum), scale, bias), detail::lowest_before(negative_slope));
     // The multiply-add is fused on every machine, so that the result does not depend on the compiler.
@@ -7442,42 +7501,21 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
         return activated > 0.0F ? static_cast<Result>(std::nearbyint((std::min)(activated, 255.0F))) : Result{0};  // 0 for NaN
 }
 
-/// Computes `pixels` pixels with one panel of weights.
-template <std::size_t pixels, class Result>
-void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
-                  std::size_t pixel_stride, std::size_t first_output, const detail::conv_u8_panel_output<Result>& out) {
-    std::int32_t sums[pixels][conv_u8_panel] = {};
-    const std::int8_t* values = weights.values.data() + first_output * weights.rows * weights.inputs;
-    for (std::size_t r = 0; r < weights.rows; ++r) {
-        const std::uint8_t* const input = rows[r] + first_pixel * pixel_stride;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_u8_panel)
-            for (std::size_t p = 0; p < pixels; ++p) {
-                const std::int32_t x = input[p * pixel_stride + i];
-                for (std::size_t o = 0; o < conv_u8_panel; ++o) sums[p][o] += x * std::int32_t{values[o]};
-            }
-    }
-    const std::size_t count = (std::min)(conv_u8_panel, out.count);
-    for (std::size_t p = 0; p < pixels; ++p) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[first_pixel + p];
-        for (std::size_t o = 0; o < count; ++o)
-            out.values[(first_pixel + p) * out.stride + o] = finish_conv_u8<Result>(
-                sums[p][o] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
-    }
-}
-
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t
 template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+void conv_u8(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    constexpr std::size_t tile = 4;
-    detail::conv_u8_panel_output<Result> out(weights, ratios, result);
-    for (std::size_t o = 0; o < weights.outputs; o += conv_u8_panel, out.skip(conv_u8_panel)) {
-        std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile) conv_u8_tile<tile>(weights, rows, p, pixel_stride, o, out);
-        for (; p < pixels; ++p) conv_u8_tile<1>(weights, rows, p, pixel_stride, o, out);
-    }
+    const auto store = [out = detail::conv_u8_panel_output<Result>(weights, ratios, result)](std::size_t p, std::size_t o,
+                                                                                             std::int32_t sum) {
+        const float scale = out.scales[o] * (out.ratios == nullptr ? 1.0F : out.ratios[p]);
+        out.values[p * out.stride + o] =
+            finish_conv_u8<Result>(sum + out.offsets[o], scale, out.bias[o], out.negative_slope, out.zero_point);
+    };
+    compute_tiles(
+        {weights.outputs, weights.rows, weights.inputs}, rows, pixel_stride, pixels, weights.values.data(),
+        [](std::size_t) { return std::int32_t{0}; }, store);
 }
 
 }}}  // namespace ldi::scalar
@@ -7490,107 +7528,32 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-namespace conv_u8_set {
+struct conv_u8_set {
+    static constexpr detail::panel_layout layout{2, 4, 2};
+    static constexpr std::size_t pixels[] = {6, 4}, rest_pixels = 4;
+    using sums_type = v128_t;
+    using weights_type = v128_t;
 
-inline constexpr std::size_t width = 4, max_vectors = 2, group = 2, pixels[] = {6, 4};
-using sums_type = v128_t;
-using inputs_type = v128_t;
-using weights_type = v128_t;
-
-[[gnu::always_inline]] inline v128_t load_inputs(const std::uint8_t* from, std::size_t count) {
-    const std::int32_t second = count == group ? from[1] : 0;
-    return wasm_i32x4_splat(from[0] | second << 16);
-}
-[[gnu::always_inline]] inline v128_t load_weights(const std::uint8_t* from) { return wasm_i16x8_load8x8(from); }
-[[gnu::always_inline]] inline v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
-    return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(inputs, weights));
-}
-
-template <class Result>
-[[gnu::always_inline]] inline void finish_vector(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
-                                                 std::size_t from, v128_t sums, float ratio) {
-    std::int32_t lanes[width];
-    wasm_v128_store(lanes, sums);
-    for (std::size_t o = from; o < from + width && o < out.count; ++o)
-        out.values[pixel * out.stride + o] = scalar::finish_conv_u8<Result>(
-            lanes[o - from] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
-}
-
-}  // namespace conv_u8_set
-
-// Tiles of conv_u8. AVX2, AVX-VNNI, NEON and WebAssembly include this file inside their namespace and target region, after their
-// primitives in a namespace conv_u8_set:
-//
-//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
-//     sums_type                                       `width` sums of 32 bits
-//     inputs_type                                     one group of a pixel's inputs, repeated for each output
-//     weights_type                                    a group's weights for `width` outputs
-//     load_inputs(from, count)                        loads 1 to `group` inputs and pads the group with zeros
-//     load_weights(from)                              loads a group's weights for `width` outputs
-//     add_products(sums, inputs, weights)             returns the sums plus the products of one group
-//     finish_vector(output, pixel, from, sums, ratio)  stores the results of up to `width` outputs, the first of them `from`
-
-struct conv_u8_tiles {
-    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors,
-                                 rest_pixels = 4;
-    static constexpr const auto& pixels = conv_u8_set::pixels;
-
-    template <class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
-                     const detail::conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                     const detail::conv_u8_panel_output<Result>& out) {
-        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const std::uint8_t* weights = input.weights;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-            std::size_t rest = input.inputs;
-            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
-                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
-            if (rest == 0) continue;
-            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
-            weights += sizeof...(v) * width * group;
-        }
-        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    [[gnu::always_inline]] static v128_t load_inputs(const std::uint8_t* from, std::size_t count) {
+        const std::int32_t second = count == layout.group ? from[1] : 0;
+        return wasm_i32x4_splat(from[0] | second << 16);
+    }
+    [[gnu::always_inline]] static v128_t load_weights(const std::int8_t* from) { return wasm_i16x8_load8x8(from); }
+    [[gnu::always_inline]] static v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
+        return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(inputs, weights));
     }
 
-private:
-    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
-    template <std::size_t... p, std::size_t... v>
-    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
-                                                  std::size_t count, const std::uint8_t* weights) {
-        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
-        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
-    }
-    template <std::size_t... v>
-    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
-                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
-        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
-    }
-    template <class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
-                                                    const detail::conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
-        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    template <class Result>
+    [[gnu::always_inline]] static void finish(const detail::conv_u8_panel_output<Result>& out, std::size_t pixel,
+                                              std::size_t from, v128_t sums, float ratio) {
+        std::int32_t lanes[layout.lanes];
+        wasm_v128_store(lanes, sums);
+        for (std::size_t o = from; o < from + layout.lanes && o < out.count; ++o)
+            out.values[pixel * out.stride + o] = scalar::finish_conv_u8<Result>(
+                lanes[o - from] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
     }
 };
-
-// conv_u8() of one instruction set. The set includes this file inside its namespace and target region, after its conv_u8_tiles.
-
-inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
-
-/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
-///
-/// Result  float or std::uint8_t
-template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
-             const float* ratios, Result* result) {
-    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panels<conv_u8_tiles>(weights,
-                               detail::conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                               pixels, detail::conv_u8_panel_output<Result>(weights, ratios, result));
-}
+using conv_u8_tiles = conv_tiles<conv_pieces<conv_u8_set>>;
 
 }}}  // namespace ldi::wasm_simd128
 
@@ -7608,17 +7571,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::conv_u8_layout, 0, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
-    {isa::avx_vnni, avx_vnni::conv_u8_layout, 0, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
-    {isa::avx512vnni, avx512vnni::conv_u8_layout, 0, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+    {isa::avx2, avx2::conv_u8_tiles::layout, 0, avx2::conv<avx2::conv_u8_tiles>, avx2::conv<avx2::conv_u8_tiles>},
+    {isa::avx_vnni, avx_vnni::conv_u8_tiles::layout, 0, avx_vnni::conv<avx_vnni::conv_u8_tiles>,
+     avx_vnni::conv<avx_vnni::conv_u8_tiles>},
+    {isa::avx512vnni, avx512vnni::conv_u8_tiles::layout, 0, avx512vnni::conv<avx512vnni::conv_u8_tiles>,
+     avx512vnni::conv<avx512vnni::conv_u8_tiles>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::conv_u8_layout, 128, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
+    {isa::neon_dot_product, neon::conv_u8_tiles::layout, 128, neon::conv<neon::conv_u8_tiles>, neon::conv<neon::conv_u8_tiles>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::conv_u8_layout, 0, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
+    {isa::wasm_simd128, wasm_simd128::conv_u8_tiles::layout, 0, wasm_simd128::conv<wasm_simd128::conv_u8_tiles>,
+     wasm_simd128::conv<wasm_simd128::conv_u8_tiles>},
 #endif
-    {isa::scalar, scalar::conv_u8_layout, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+    {isa::scalar, scalar::panels, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
@@ -7642,7 +7608,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
     check_available("pack_conv_u8", kernel.set);
-    conv_u8_weights packed;
+    conv_u8_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = zero_points.size();
@@ -7659,24 +7625,24 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     for (std::size_t piece = 0; piece < packed.outputs * rows; ++piece)
         for (const std::uint8_t zero_point : zero_points)
             packed.offsets[piece / rows] -= *weight++ * (zero_point - kernel.subtrahend);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes result = activation((sum of weight * (input - zero point)) * (scale * ratio) + bias). If results are bytes, also adds
 /// their zero point, rounds half to even, and clamps.
 ///
-/// rows          addresses of the first pixel's pieces, each of weights.inputs values
+/// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights.target);
+    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights->target);
     if constexpr (std::is_same_v<Result, std::uint8_t>)
-        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
+        kernel.run(*weights, rows, pixel_stride, pixels, ratios, result);
     else
-        kernel.run_to_float(weights, rows, pixel_stride, pixels, ratios, result);
+        kernel.run_to_float(*weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }}  // namespace ldi
@@ -7744,8 +7710,9 @@ inline bool is_negated(const float_requantization& fast) { return fast.scale < 0
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order in which depthwise_u8() reads them. Valid only if pack_depthwise_u8() made them.
-struct depthwise_u8_weights {
+/// The weights of one layer in the order in which depthwise_u8() reads them.
+struct depthwise_u8_data {
+    using value_type = std::uint8_t;
     static constexpr std::size_t taps = 9;
 
     isa target = isa::scalar;
@@ -7753,18 +7720,19 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;  ///< weights minus their zero point, for scalar and WebAssembly
-    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_weights::narrow.
+    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_data::narrow.
     buffer<std::int8_t> narrow;
     buffer<std::uint32_t> order;  ///< for AVX2: number of terms of each unit of channels (avx2_packing.hpp)
     buffer<std::int32_t> bias;    ///< zero points folded in; in the order of the kernel's sums
-    requantization output;        ///< as in gemm_u8_weights
-    float_requantization fast;    ///< as in gemm_u8_weights
+    requantization output;        ///< as in gemm_u8_data
+    float_requantization fast;    ///< as in gemm_u8_data
+
+    /// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
+    std::size_t result_width(std::size_t width, std::size_t repeat) const { return (width * repeat + stride - 1) / stride; }
 };
 
-/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
-inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
-    return (width * repeat + weights.stride - 1) / weights.stride;
-}
+/// Made by pack_depthwise_u8().
+using depthwise_u8_weights = prepared<depthwise_u8_data>;
 
 namespace detail {
 
@@ -7777,13 +7745,13 @@ struct depthwise_source {
 
     /// Returns 0 for channels and taps beyond the last.
     int weight(std::size_t channel, std::size_t tap) const {
-        if (channel >= bias.size() || tap >= depthwise_u8_weights::taps) return 0;
-        return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
+        if (channel >= bias.size() || tap >= depthwise_u8_data::taps) return 0;
+        return weights[channel * depthwise_u8_data::taps + tap] - int{weight_zero_point};
     }
     std::int32_t folded_bias(std::size_t channel) const {
         if (channel >= bias.size()) return 0;
         std::int32_t sum = 0;
-        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
+        for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t) sum += weight(channel, t);
         return bias[channel] - sum * input_zero_point;
     }
 };
@@ -7794,9 +7762,9 @@ struct depthwise_source {
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
-    void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
+    void (*pack)(depthwise_u8_data& packed, const detail::depthwise_source& source);
     /// Same parameters as depthwise_u8() of kernels/depthwise_u8.hpp.
-    void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
+    void (*run)(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
                 std::uint8_t* result);
 };
 
@@ -7843,7 +7811,7 @@ struct depthwise_order {
 ///
 /// sign  -1 for negated weights
 template <std::size_t max_channels>
-void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, int sign) {
+void pack_columns(depthwise_u8_data& packed, const depthwise_source& source, int sign) {
     for (std::size_t done = 0; done < packed.channels;) {
         const depthwise_unit unit(packed.channels, done, max_channels);
         const depthwise_order<max_channels> order(unit);
@@ -7857,18 +7825,18 @@ void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, 
 }
 
 struct depthwise_call {
-    const depthwise_u8_weights& weights;
+    const depthwise_u8_data& weights;
     const std::uint8_t* const* rows;
     std::size_t width, repeat;
     std::uint8_t* result;
     alignas(64) std::uint8_t padding[64];
 
-    depthwise_call(const depthwise_u8_weights& packed, const std::uint8_t* const* from, std::size_t pixels,
-                   std::size_t repetitions, std::uint8_t* to)
+    depthwise_call(const depthwise_u8_data& packed, const std::uint8_t* const* from, std::size_t pixels, std::size_t repetitions,
+                   std::uint8_t* to)
         : weights(packed), rows(from), width(pixels), repeat(repetitions), result(to) {
         std::memset(padding, packed.padding, sizeof padding);
     }
-    std::size_t result_width() const { return depthwise_result_width(weights, width, repeat); }
+    std::size_t result_width() const { return weights.result_width(width, repeat); }
 };
 
 /// Addresses of one pixel per stretch in each of the three rows.
@@ -7982,7 +7950,7 @@ struct depthwise_rest {
 
 /// Packs weights unit by unit. Appends the number of terms of each unit to `order`. Appends to `narrow`, for each term and each
 /// column of the window, 4 vectors of 8 channels x 4 bytes; detail::depthwise_order defines the order of the channels.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
         const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
@@ -8081,7 +8049,7 @@ struct four_vectors {
 struct depthwise_results {
     using requantizer_type = requantizer;
 
-    static requantizer requantizer_of(const depthwise_u8_weights& weights) { return requantizer(weights.fast); }
+    static requantizer requantizer_of(const depthwise_u8_data& weights) { return requantizer(weights.fast); }
     [[gnu::always_inline]] static int_lanes requantized(const requantizer& requantize, const four_vectors& sums) {
         return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
     }
@@ -8322,7 +8290,7 @@ private:
     }
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     const std::int8_t* values = weights.narrow.data();
@@ -8362,7 +8330,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     detail::pack_columns<depthwise_max_channels>(packed, source, detail::is_negated(packed.fast) ? -1 : 1);
 }
 
@@ -8435,7 +8403,7 @@ struct four_vectors {
 struct depthwise_results {
     using requantizer_type = requantizer;
 
-    static requantizer requantizer_of(const depthwise_u8_weights& weights) { return requantizer(weights.fast); }
+    static requantizer requantizer_of(const depthwise_u8_data& weights) { return requantizer(weights.fast); }
     [[gnu::always_inline]] static int_lanes requantized(const requantizer& requantize, const four_vectors& sums) {
         return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
     }
@@ -8671,7 +8639,7 @@ private:
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     depthwise_u8_units<depthwise_sums>(detail::depthwise_call(weights, rows, width, repeat, result));
 }
@@ -8696,7 +8664,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t depthwise_max_channels = 16, lane_count = 4;
 
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     const int sign = detail::range_of(source.weights, source.weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     detail::depthwise_source from = source;
@@ -8964,7 +8932,7 @@ struct depthwise_sums {
                  add(sum.v[2], column.v[2], weights[4 * k + 2]), add(sum.v[3], column.v[3], weights[4 * k + 3])}};
     }
 
-    static Requantizer requantizer_of(const depthwise_u8_weights& packed) { return Requantizer(packed.output); }
+    static Requantizer requantizer_of(const depthwise_u8_data& packed) { return Requantizer(packed.output); }
     [[gnu::always_inline]] static uint8x16_t requantized(const Requantizer& requantize, const four_vectors& sums) {
         return requantize(sums.v[0], sums.v[1], sums.v[2], sums.v[3]);
     }
@@ -8979,7 +8947,7 @@ private:
     }
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     if (weights.output.zero_point == 0)
@@ -9003,20 +8971,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 inline constexpr std::size_t depthwise_block = 16;
 
 /// Packs the weights tap by tap: for each element of the window, the weights of all channels.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
+    for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t)
         for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));
     for (std::size_t c = 0; c < packed.channels; ++c) packed.bias.push_back(source.folded_bias(c));
 }
 
 /// Computes `count` channels of one pixel, starting at `first`. A compile-time `count` lets the compiler vectorize the loops.
 template <class Count>
-inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
+inline void depthwise_u8_channels(const depthwise_u8_data& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
     std::int32_t sums[depthwise_block] = {};
     std::uint8_t outside[depthwise_block];
     for (std::uint8_t& value : outside) value = weights.padding;
-    for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
+    for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t) {
         const std::uint8_t* const x = taps[t] == nullptr ? outside : taps[t] + first;
         const std::int16_t* const w = weights.wide.data() + t * weights.channels + first;
         for (std::size_t c = 0; c < count; ++c) sums[c] += std::int32_t{std::int16_t{x[c]}} * std::int32_t{w[c]};
@@ -9024,13 +8992,13 @@ inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std
     for (std::size_t c = 0; c < count; ++c) result[first + c] = requantize(sums[c] + weights.bias[first + c], weights.output);
 }
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     using block = std::integral_constant<std::size_t, depthwise_block>;
-    const std::size_t channels = weights.channels, result_width = depthwise_result_width(weights, width, repeat);
+    const std::size_t channels = weights.channels, result_width = weights.result_width(width, repeat);
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
-        const std::uint8_t* taps[depthwise_u8_weights::taps];
-        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
+        const std::uint8_t* taps[depthwise_u8_data::taps];
+        for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t) {
             const std::size_t column = x * weights.stride + t % 3;  // index of the column that is read, plus one
             const bool outside = rows[t / 3] == nullptr || column == 0 || column > width * repeat;
             taps[t] = outside ? nullptr : rows[t / 3] + (column - 1) / repeat * channels;
@@ -9068,7 +9036,7 @@ inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit va
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+inline std::size_t depthwise_blocks(const depthwise_u8_data& weights) {
     return (weights.channels + depthwise_block - 1) / depthwise_block;
 }
 
@@ -9080,8 +9048,8 @@ inline std::size_t block_start(std::size_t channels, std::size_t block) {
 
 /// Packs weights block by block, in groups of 4 channels: rows 0 and 1 of each column of the window, then row 2 of columns 0 and
 /// 1, then row 2 of column 2.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    constexpr std::size_t none = depthwise_u8_weights::taps;
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
+    constexpr std::size_t none = depthwise_u8_data::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
     for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
         const std::size_t start = block_start(packed.channels, b), end = start + depthwise_block;
@@ -9165,7 +9133,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
 struct depthwise_vector {
     v128_t bias, dots[depthwise_dots];
 
-    depthwise_vector(const depthwise_u8_weights& weights, std::size_t vector)
+    depthwise_vector(const depthwise_u8_data& weights, std::size_t vector)
         : bias(wasm_v128_load(weights.bias.data() + vector * 4)),
           dots{load(weights, vector, 0), load(weights, vector, 1), load(weights, vector, 2), load(weights, vector, 3),
                load(weights, vector, 4)} {}
@@ -9178,7 +9146,7 @@ struct depthwise_vector {
     }
 
 private:
-    static v128_t load(const depthwise_u8_weights& weights, std::size_t vector, std::size_t dot) {
+    static v128_t load(const depthwise_u8_data& weights, std::size_t vector, std::size_t dot) {
         return wasm_v128_load(weights.wide.data() + (vector * depthwise_dots + dot) * 8);
     }
     template <std::size_t i>
@@ -9188,7 +9156,7 @@ private:
 };
 
 template <bool positive>
-inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slot_values,
+inline void depthwise_u8_vector(const depthwise_u8_data& weights, std::size_t vector, const std::int16_t* slot_values,
                                 std::size_t count, std::uint8_t* result) {
     const requantizer<positive> requantize(weights.fast);
     const depthwise_vector w(weights, vector);
@@ -9208,9 +9176,9 @@ inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t
     }
 }
 
-inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t result_width,
+inline void depthwise_u8_row(const depthwise_u8_data& weights, const depthwise_rows& rows, std::size_t result_width,
                              std::uint8_t* result) {
-    static constexpr void (*functions[])(const depthwise_u8_weights&, std::size_t, const std::int16_t*, std::size_t,
+    static constexpr void (*functions[])(const depthwise_u8_data&, std::size_t, const std::int16_t*, std::size_t,
                                          std::uint8_t*) = {depthwise_u8_vector<false>, depthwise_u8_vector<true>};
     static constexpr void (*fill_functions[])(const depthwise_rows&, std::size_t, std::size_t, std::size_t, std::int16_t*) = {
         fill_slots<false>, fill_slots<true>};
@@ -9233,10 +9201,10 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     }
 }
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const depthwise_rows from{{rows[0], rows[1], rows[2]}, weights.channels, width, repeat, weights.padding};
-    depthwise_u8_row(weights, from, depthwise_result_width(weights, width, repeat), result);
+    depthwise_u8_row(weights, from, weights.result_width(width, repeat), result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -9277,11 +9245,11 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
-    LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
+    LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_data::taps && (stride == 1 || stride == 2));
     LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
     const isa wanted = find_kernel(depthwise_u8_kernels, target).set;
     check_available("pack_depthwise_u8", wanted);
-    depthwise_u8_weights packed;
+    depthwise_u8_data packed;
     packed.channels = bias.size();
     packed.stride = stride;
     packed.padding = input_zero_point;
@@ -9289,7 +9257,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     find_kernel(depthwise_u8_kernels, packed.target).pack(packed, source);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes one row of the result.
@@ -9297,12 +9265,12 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 /// rows    the window's three input rows from top to bottom, width x channels each; nullptr for a row outside the image. The
 ///         function applies stride and repeat only horizontally; the caller applies them vertically by selecting the rows
 /// repeat  1 to 4: repetitions of each pixel
-/// result  depthwise_result_width() x channels; must not overlap the rows
+/// result  weights->result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     LDI_ASSERT(repeat >= 1 && repeat <= 4);
     if (width == 0) return;
-    find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
+    find_kernel(depthwise_u8_kernels, weights->target).run(*weights, rows, width, repeat, result);
 }
 
 }}  // namespace ldi
@@ -9340,8 +9308,9 @@ void stable_sort(buffer<T>& values, Before before) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order in which gemm_u8() reads them. Valid only if pack_gemm_u8() made them.
-struct gemm_u8_weights {
+/// The weights of one layer in the order in which gemm_u8() reads them.
+struct gemm_u8_data {
+    using value_type = std::uint8_t;
     static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
@@ -9368,6 +9337,9 @@ struct gemm_u8_weights {
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
+/// Made by pack_gemm_u8().
+using gemm_u8_weights = prepared<gemm_u8_data>;
+
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
@@ -9376,9 +9348,9 @@ struct gemm_u8_kernel {
     std::size_t min_outputs;
     /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
     /// pack_gemm_u8() of kernels/gemm_u8.hpp.
-    void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
+    void (*pack)(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
     /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
-    void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
                 std::uint8_t* result);
 };
 
@@ -9401,7 +9373,7 @@ struct gemm_panel_of {
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
-    gemm_panel_of(const gemm_u8_weights& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
+    gemm_panel_of(const gemm_u8_data& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
                   std::size_t pixel_count, std::uint8_t* to)
         : segments(of_first_pixel),
           segment_count(packed.segments),
@@ -9433,8 +9405,8 @@ constexpr panel_layout single_output_layout(std::size_t lanes) { return {lanes, 
 ///
 /// sign  -1 for negated weights
 template <class Stored>
-void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
-                    int weight_zero_point, int sign, const panel_layout& layout) {
+void append_weights(buffer<Stored>& to, const gemm_u8_data& packed, std::span<const std::uint8_t> weights, int weight_zero_point,
+                    int sign, const panel_layout& layout) {
     append_panels(to, {packed.outputs, packed.segments, packed.inputs}, layout,
                   [&](std::size_t i) { return sign * (weights[i] - weight_zero_point); });
 }
@@ -9447,7 +9419,7 @@ inline bool sums_fit(std::span<const std::uint8_t> weights, std::uint8_t weight_
 }
 
 /// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
-inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+inline void fold_zero_points(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
     constexpr std::size_t largest_vector = 16;
     packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
@@ -9563,7 +9535,7 @@ private:
 
 /// Packs weights panel by panel, segment by segment. Appends to `order` the number of pairs of terms, the number of single
 /// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     if (packed.is_single_output())
         return detail::append_weights(packed.wide, packed, weights, weight_zero_point, sign, detail::single_output_layout(16));
@@ -9688,8 +9660,8 @@ template <std::size_t vectors, class Requantizer>
 }
 
 template <std::size_t vectors, class Requantizer>
-[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
-                                               std::size_t held) {
+[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::size_t held,
+                                               std::uint8_t* result) {
     const __m256i a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
     store_first(result, gather_lanes(requantize.pack_lanes(a, b, a, b)), held);
 }
@@ -9709,7 +9681,7 @@ struct gemm_results {
         if constexpr (count % 4 == 0)
             if (panel.held == sizeof...(v) * gemm_lanes)
                 return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
 
@@ -9826,46 +9798,77 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-/// Computes the sum of one pixel and one output.
-[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                             std::size_t offset) {
-    __m256i sums = _mm256_setzero_si256();
-    const std::int16_t* w = weights.wide.data();
-    for (std::size_t s = 0; s < weights.segments; ++s) {
+inline constexpr std::size_t single_output_inputs = 16, single_output_pixels = 1;
+
+[[gnu::always_inline]] inline __m256i add_inputs(__m256i sums, const std::uint8_t* from, const std::int16_t* weights) {
+    const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+    return _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, load(weights)));
+}
+[[gnu::always_inline]] inline void store_totals(const __m256i* sums, std::int32_t start, std::int32_t* to) {
+    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(*sums), _mm256_extracti128_si256(*sums, 1));
+    const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
+    *to = start + _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+}
+
+// gemm_u8 with a single output: the lanes of a vector contain inputs. AVX2, AVX-512 and WebAssembly include this file inside
+// their namespace and target region, after walk.hpp and these definitions:
+//
+//     single_output_inputs, single_output_pixels       inputs per step; pixels per call of store_totals()
+//     add_inputs(sums, from, weights)                  returns the sums plus the products of one step
+//     add_rest(sums, from, count, weights)             the same for fewer inputs; optional
+//     store_totals(sums, start, to)                    stores `start` plus the total of each pixel's vector of sums
+//     store_pixel<1>(sums, requantize, count, result)  requantizes a vector of sums and stores the first `count` results
+
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector add_rest(gemm_vector sums, const std::uint8_t* from, std::size_t count,
+                                                   const Weight* weights) {
+    alignas(16) std::uint8_t inputs[single_output_inputs] = {};
+    std::memcpy(inputs, from, count);
+    return add_inputs(sums, inputs, weights);
+}
+
+/// Computes the sums of one pixel.
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_data& layer, const Weight* weights,
+                                                             const std::uint8_t* const* segments, std::size_t offset) {
+    gemm_vector sums{};
+    for (std::size_t s = 0; s < layer.segments; ++s) {
         const std::uint8_t* const x = segments[s] + offset;
         std::size_t i = 0;
-        for (; i + 16 <= weights.inputs; i += 16, w += 16) {
-            const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(x + i)));
-            sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
-        }
-        if (i == weights.inputs) continue;
-        alignas(16) std::uint8_t rest[16] = {};
-        std::memcpy(rest, x + i, weights.inputs - i);
-        const __m256i inputs = _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(rest)));
-        sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
-        w += 16;
+        for (; i + single_output_inputs <= layer.inputs; i += single_output_inputs, weights += single_output_inputs)
+            sums = add_inputs(sums, x + i, weights);
+        if (i == layer.inputs) continue;
+        sums = add_rest(sums, x + i, layer.inputs - i, weights);
+        weights += single_output_inputs;
     }
-    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
-    const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
-    return _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+    return sums;
 }
 
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer requantize(weights.fast);
+template <class Weight, class Requantizer>
+inline void gemm_u8_single_output(const gemm_u8_data& layer, const Weight* weights, const Requantizer& requantize,
+                                  const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                                  std::uint8_t* result) {
     for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
-        alignas(32) std::int32_t sums[gemm_lanes] = {};
+        alignas(64) std::int32_t totals[gemm_lanes] = {};
         const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
-        for (std::size_t p = 0; p < count; ++p)
-            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
-        const __m256i values = requantize(_mm256_load_si256(reinterpret_cast<const __m256i*>(sums)));
-        store_first(result + first, gather_lanes(requantize.pack_lanes(values, values, values, values)), count);
+        for (std::size_t i = 0; i < count; i += single_output_pixels) {
+            gemm_vector sums[single_output_pixels];
+            for (std::size_t p = 0; p < single_output_pixels; ++p) {  // repeats the last pixel at the end
+                const std::size_t pixel = single_output_pixels == 1 || first + i + p < pixels ? first + i + p : pixels - 1;
+                sums[p] = single_output_sums(layer, weights, segments, pixel * pixel_stride);
+            }
+            store_totals(sums, layer.bias[0], totals + i);
+        }
+        const gemm_vector values = load_bias(totals);
+        store_pixel<1>(&values, requantize, count, result + first);
     }
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output())
+        return gemm_u8_single_output(weights, weights.wide.data(), requantizer(weights.fast), segments, pixel_stride, pixels,
+                                     result);
     gemm_u8_panels<rectifier, requantizer>(
         weights.outputs, weights.fast,
         gemm_panel(weights, {weights.order.data(), weights.narrow.data()}, segments, pixel_stride, pixels, result));
@@ -9892,7 +9895,7 @@ inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pi
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign,
@@ -9935,13 +9938,13 @@ template <bool last_is_half, std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t vectors, class Requantizer>
-[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, __mmask64 mask,
+[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, std::size_t held,
                                                std::uint8_t* result) {
     const __m512i a = requantize(sums[0]);
     const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
     const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
     const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : c;
-    _mm512_mask_storeu_epi8(result, mask, gather_lanes(requantize.pack_lanes(a, b, c, d)));
+    _mm512_mask_storeu_epi8(result, first_bytes(held), gather_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
 template <class Requantizer>
@@ -9978,8 +9981,7 @@ struct gemm_kernel_of {
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, first_bytes(panel.held), result + p * panel.outputs),
-         ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
 
@@ -10082,49 +10084,84 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-/// Computes 16 partial sums of one pixel and one output.
-[[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                         std::size_t offset) {
-    __m512i sums = _mm512_setzero_si512();
-    const std::int8_t* w = weights.narrow.data();
-    for (std::size_t s = 0; s < weights.segments; ++s)
-        for (std::size_t i = 0; i < weights.inputs; i += 64, w += 64) {
-            const __m512i x = _mm512_maskz_loadu_epi8(first_bytes(weights.inputs - i), segments[s] + offset + i);
-            sums = _mm512_dpbusd_epi32(sums, x, _mm512_load_si512(w));
-        }
-    return sums;
-}
+inline constexpr std::size_t single_output_inputs = 64, single_output_pixels = 4;
 
+[[gnu::always_inline]] inline __m512i add_inputs(__m512i sums, const std::uint8_t* from, const std::int8_t* weights) {
+    return _mm512_dpbusd_epi32(sums, _mm512_loadu_si512(from), load(weights));
+}
+[[gnu::always_inline]] inline __m512i add_rest(__m512i sums, const std::uint8_t* from, std::size_t count,
+                                               const std::int8_t* weights) {
+    return _mm512_dpbusd_epi32(sums, _mm512_maskz_loadu_epi8(first_bytes(count), from), load(weights));
+}
 [[gnu::always_inline]] inline __m128i add_quarters(__m512i sums) {
     const __m256i half = _mm256_add_epi32(_mm512_castsi512_si256(sums), _mm512_extracti64x4_epi64(sums, 1));
     return _mm_add_epi32(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
 }
+[[gnu::always_inline]] inline void store_totals(const __m512i* sums, std::int32_t start, std::int32_t* to) {
+    const __m128i low = _mm_hadd_epi32(add_quarters(sums[0]), add_quarters(sums[1]));
+    const __m128i high = _mm_hadd_epi32(add_quarters(sums[2]), add_quarters(sums[3]));
+    _mm_store_si128(reinterpret_cast<__m128i*>(to), _mm_add_epi32(_mm_hadd_epi32(low, high), _mm_set1_epi32(start)));
+}
 
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer requantize(weights.fast);
-    const __m512i bias = _mm512_set1_epi32(weights.bias[0]);
-    for (std::size_t first = 0; first < pixels; first += 16) {
-        alignas(64) std::int32_t sums[16] = {};
-        for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
-            __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel at the end
-                const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
-                four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
+// gemm_u8 with a single output: the lanes of a vector contain inputs. AVX2, AVX-512 and WebAssembly include this file inside
+// their namespace and target region, after walk.hpp and these definitions:
+//
+//     single_output_inputs, single_output_pixels       inputs per step; pixels per call of store_totals()
+//     add_inputs(sums, from, weights)                  returns the sums plus the products of one step
+//     add_rest(sums, from, count, weights)             the same for fewer inputs; optional
+//     store_totals(sums, start, to)                    stores `start` plus the total of each pixel's vector of sums
+//     store_pixel<1>(sums, requantize, count, result)  requantizes a vector of sums and stores the first `count` results
+
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector add_rest(gemm_vector sums, const std::uint8_t* from, std::size_t count,
+                                                   const Weight* weights) {
+    alignas(16) std::uint8_t inputs[single_output_inputs] = {};
+    std::memcpy(inputs, from, count);
+    return add_inputs(sums, inputs, weights);
+}
+
+/// Computes the sums of one pixel.
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_data& layer, const Weight* weights,
+                                                             const std::uint8_t* const* segments, std::size_t offset) {
+    gemm_vector sums{};
+    for (std::size_t s = 0; s < layer.segments; ++s) {
+        const std::uint8_t* const x = segments[s] + offset;
+        std::size_t i = 0;
+        for (; i + single_output_inputs <= layer.inputs; i += single_output_inputs, weights += single_output_inputs)
+            sums = add_inputs(sums, x + i, weights);
+        if (i == layer.inputs) continue;
+        sums = add_rest(sums, x + i, layer.inputs - i, weights);
+        weights += single_output_inputs;
+    }
+    return sums;
+}
+
+template <class Weight, class Requantizer>
+inline void gemm_u8_single_output(const gemm_u8_data& layer, const Weight* weights, const Requantizer& requantize,
+                                  const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                                  std::uint8_t* result) {
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        alignas(64) std::int32_t totals[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t i = 0; i < count; i += single_output_pixels) {
+            gemm_vector sums[single_output_pixels];
+            for (std::size_t p = 0; p < single_output_pixels; ++p) {  // repeats the last pixel at the end
+                const std::size_t pixel = single_output_pixels == 1 || first + i + p < pixels ? first + i + p : pixels - 1;
+                sums[p] = single_output_sums(layer, weights, segments, pixel * pixel_stride);
             }
-            const __m128i pairs[2] = {_mm_hadd_epi32(four[0], four[1]), _mm_hadd_epi32(four[2], four[3])};
-            _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
+            store_totals(sums, layer.bias[0], totals + i);
         }
-        const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
-        const __m512i bytes = gather_lanes(requantize.pack_lanes(values, values, values, values));
-        const std::size_t rest = pixels - first;
-        _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
+        const gemm_vector values = load_bias(totals);
+        store_pixel<1>(&values, requantize, count, result + first);
     }
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output())
+        return gemm_u8_single_output(weights, weights.narrow.data(), requantizer(weights.fast), segments, pixel_stride, pixels,
+                                     result);
     gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
                                            gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
 }
@@ -10150,7 +10187,7 @@ inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pix
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign, {gemm_group, gemm_lanes, gemm_max_vectors});
 }
@@ -10269,7 +10306,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
         weights.outputs, weights.fast, gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
@@ -10296,7 +10333,7 @@ inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pix
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::range_of(weights, weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     const std::size_t inputs = packed.segments * packed.inputs;
@@ -10437,7 +10474,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<relu_requantizer, requantizer>(
         weights.outputs, weights.output, gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
@@ -10454,43 +10491,18 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
-inline constexpr std::size_t gemm_panel = 8;
-
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, {1, gemm_panel, 1});
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, panels);
 }
 
-/// Computes `pixels` pixels with one panel of weights, requantized.
-template <std::size_t pixels>
-inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
-                         std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {
-    std::int32_t sums[pixels][gemm_panel];
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] = weights.bias[first_output + o];
-    const std::int16_t* values = weights.wide.data() + first_output * weights.segments * weights.inputs;
-    for (std::size_t s = 0; s < weights.segments; ++s) {
-        const std::uint8_t* const input = segments[s] + first_pixel * pixel_stride;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += gemm_panel)
-            for (std::size_t p = 0; p < pixels; ++p) {
-                const std::int16_t x = input[p * pixel_stride + i];
-                for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] += std::int32_t{x} * std::int32_t{values[o]};
-            }
-    }
-    const std::size_t count = (std::min)(gemm_panel, weights.outputs - first_output);
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < count; ++o)
-            result[(first_pixel + p) * weights.outputs + first_output + o] = requantize(sums[p][o], weights.output);
-}
-
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    constexpr std::size_t tile = 4;
-    for (std::size_t o = 0; o < weights.outputs; o += gemm_panel) {
-        std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile) gemm_u8_tile<tile>(weights, segments, p, pixel_stride, o, result);
-        for (; p < pixels; ++p) gemm_u8_tile<1>(weights, segments, p, pixel_stride, o, result);
-    }
+    const auto store = [&weights, result](std::size_t p, std::size_t o, std::int32_t sum) {
+        result[p * weights.outputs + o] = requantize(sum, weights.output);
+    };
+    compute_tiles(
+        {weights.outputs, weights.segments, weights.inputs}, segments, pixel_stride, pixels, weights.wide.data(),
+        [bias = weights.bias.data()](std::size_t o) { return bias[o]; }, store);
 }
 
 }}}  // namespace ldi::scalar
@@ -10510,7 +10522,7 @@ inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pix
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1,
                            packed.is_single_output() ? detail::single_output_layout(8) : panels);
@@ -10519,10 +10531,10 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    const std::int16_t* starts[gemm_u8_weights::max_segments];  // of the segments
+    const std::int16_t* starts[gemm_u8_data::max_segments];  // of the segments
     std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
-    widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
+    widened_pixels(const gemm_u8_data& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
@@ -10532,7 +10544,7 @@ struct widened_pixels {
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
-    void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
+    void fill(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
               std::size_t count) {
         for (std::size_t s = 0; s < segment_count; ++s) {
             const std::uint8_t* const from = segments[s] + first * input_stride;
@@ -10692,7 +10704,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
 }
 
 template <bool is_unfused>
-void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_widened(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                      std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
@@ -10708,51 +10720,85 @@ void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* 
     }
 }
 
-/// Computes the sum of one pixel and one output.
-[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                             std::size_t offset) {
-    v128_t sums = wasm_i32x4_splat(0);
-    const std::int16_t* w = weights.wide.data();
-    for (std::size_t s = 0; s < weights.segments; ++s) {
+inline constexpr std::size_t single_output_inputs = 8, single_output_pixels = 1;
+
+[[gnu::always_inline]] inline v128_t add_inputs(v128_t sums, const std::uint8_t* from, const std::int16_t* weights) {
+    return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(from), wasm_v128_load(weights)));
+}
+[[gnu::always_inline]] inline void store_totals(const v128_t* sums, std::int32_t start, std::int32_t* to) {
+    const v128_t pairs = wasm_i32x4_add(*sums, wasm_i32x4_shuffle(*sums, *sums, 2, 3, 0, 1));
+    *to = start + wasm_i32x4_extract_lane(pairs, 0) + wasm_i32x4_extract_lane(pairs, 1);
+}
+
+// gemm_u8 with a single output: the lanes of a vector contain inputs. AVX2, AVX-512 and WebAssembly include this file inside
+// their namespace and target region, after walk.hpp and these definitions:
+//
+//     single_output_inputs, single_output_pixels       inputs per step; pixels per call of store_totals()
+//     add_inputs(sums, from, weights)                  returns the sums plus the products of one step
+//     add_rest(sums, from, count, weights)             the same for fewer inputs; optional
+//     store_totals(sums, start, to)                    stores `start` plus the total of each pixel's vector of sums
+//     store_pixel<1>(sums, requantize, count, result)  requantizes a vector of sums and stores the first `count` results
+
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector add_rest(gemm_vector sums, const std::uint8_t* from, std::size_t count,
+                                                   const Weight* weights) {
+    alignas(16) std::uint8_t inputs[single_output_inputs] = {};
+    std::memcpy(inputs, from, count);
+    return add_inputs(sums, inputs, weights);
+}
+
+/// Computes the sums of one pixel.
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_data& layer, const Weight* weights,
+                                                             const std::uint8_t* const* segments, std::size_t offset) {
+    gemm_vector sums{};
+    for (std::size_t s = 0; s < layer.segments; ++s) {
         const std::uint8_t* const x = segments[s] + offset;
         std::size_t i = 0;
-        for (; i + 8 <= weights.inputs; i += 8, w += 8)
-            sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(x + i), wasm_v128_load(w)));
-        if (i == weights.inputs) continue;
-        std::uint8_t rest[8] = {};
-        std::memcpy(rest, x + i, weights.inputs - i);
-        sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(rest), wasm_v128_load(w)));
-        w += 8;
+        for (; i + single_output_inputs <= layer.inputs; i += single_output_inputs, weights += single_output_inputs)
+            sums = add_inputs(sums, x + i, weights);
+        if (i == layer.inputs) continue;
+        sums = add_rest(sums, x + i, layer.inputs - i, weights);
+        weights += single_output_inputs;
     }
-    sums = wasm_i32x4_add(sums, wasm_i32x4_shuffle(sums, sums, 2, 3, 0, 1));
-    return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
+    return sums;
+}
+
+template <class Weight, class Requantizer>
+inline void gemm_u8_single_output(const gemm_u8_data& layer, const Weight* weights, const Requantizer& requantize,
+                                  const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                                  std::uint8_t* result) {
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        alignas(64) std::int32_t totals[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t i = 0; i < count; i += single_output_pixels) {
+            gemm_vector sums[single_output_pixels];
+            for (std::size_t p = 0; p < single_output_pixels; ++p) {  // repeats the last pixel at the end
+                const std::size_t pixel = single_output_pixels == 1 || first + i + p < pixels ? first + i + p : pixels - 1;
+                sums[p] = single_output_sums(layer, weights, segments, pixel * pixel_stride);
+            }
+            store_totals(sums, layer.bias[0], totals + i);
+        }
+        const gemm_vector values = load_bias(totals);
+        store_pixel<1>(&values, requantize, count, result + first);
+    }
 }
 
 template <bool is_unfused>
-void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_single_output(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                            std::size_t pixels, std::uint8_t* result) {
-    const auto requantize = [&] {
-        if constexpr (is_unfused)
-            return requantizer<false>(weights.fast);
-        else
-            return integer_requantizer(weights.output);
-    }();
-    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
-        std::int32_t sums[gemm_lanes] = {};
-        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
-        for (std::size_t p = 0; p < count; ++p)
-            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
-        const v128_t values = requantize(wasm_v128_load(sums));
-        store_first(result + first, narrow(values, values, values, values), count);
-    }
+    const std::int16_t* const values = weights.wide.data();
+    if constexpr (is_unfused)
+        gemm_u8_single_output(weights, values, requantizer<false>(weights.fast), segments, pixel_stride, pixels, result);
+    else
+        gemm_u8_single_output(weights, values, integer_requantizer(weights.output), segments, pixel_stride, pixels, result);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     // a table, because Binaryen inlines functions with a single caller
-    static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
-                                     std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
-                                                       gemm_u8_single_output<false>, gemm_u8_single_output<true>};
+    static constexpr void (*kinds[])(const gemm_u8_data&, const std::uint8_t* const*, std::size_t, std::size_t, std::uint8_t*) = {
+        gemm_u8_widened<false>, gemm_u8_widened<true>, gemm_u8_single_output<false>, gemm_u8_single_output<true>};
     kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.has_float_form()}](weights, segments, pixel_stride,
                                                                                                pixels, result);
 }
@@ -10801,11 +10847,11 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                     std::span<const std::int32_t> bias, std::size_t segments, std::uint8_t input_zero_point,
                                     const requantization& output) {
-    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::max_segments);
+    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_data::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
     check_available("pack_gemm_u8", kernel.set);
-    gemm_u8_weights packed;
+    gemm_u8_data packed;
     packed.segments = segments;
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
@@ -10816,18 +10862,18 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
         packed.target = wanted, packed.fast = {};  // WebAssembly's kernel can also requantize in integers
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes the requantized matrix product.
 ///
-/// segments      addresses of the first pixel's pieces, each of weights.inputs values; 3 more bytes after each piece must be
+/// segments      addresses of the first pixel's pieces, each of weights->inputs values; 3 more bytes after each piece must be
 ///               readable
 /// pixel_stride  distance between the pieces of adjacent pixels, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    find_kernel(gemm_u8_kernels, weights.target).run(weights, segments, pixel_stride, pixels, result);
+    find_kernel(gemm_u8_kernels, weights->target).run(*weights, segments, pixel_stride, pixels, result);
 }
 
 }}  // namespace ldi
@@ -11048,7 +11094,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, typename Weights::value_type>)
-        return weights.result_zero_point;
+        return weights->result_zero_point;
     else
         return Result{};
 }
@@ -11081,7 +11127,7 @@ public:
         stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
         const std::size_t stretch_pixels = stride() * stretch_ + k();
         values_.resize((std::max)(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
-        results_.resize(batch_ * job.weights.outputs);
+        results_.resize(batch_ * job.weights->outputs);
         ratios_.resize((std::max)(batch_, stretch_));
         counts_.resize(stretch_pixels);
     }
@@ -11126,7 +11172,7 @@ private:
 
     std::size_t k() const { return job_.plan.k(); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride()); }
-    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
+    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights->outputs; }
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
@@ -11193,7 +11239,7 @@ private:
         row_starts starts{};
         for (std::size_t r = 0; r < k(); ++r) starts[r] = values_.data() + r * k() * job_.channels;
         multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
-        const std::size_t outputs = job_.weights.outputs;
+        const std::size_t outputs = job_.weights->outputs;
         for (std::size_t o = 0; o < count; ++o) {
             const std::size_t output = static_cast<std::size_t>(job_.plan.irregular()[first + o]);
             copy_row(results_.data() + o * outputs, outputs, result_of(output));
@@ -11211,7 +11257,7 @@ private:
     /// without bias.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
-        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights->outputs, zero_of_results<result_type>(job_.weights));
         if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
     }
 
@@ -11238,9 +11284,9 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
         expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }
-    expect("window rows in the plan", weights.rows, plan.k());
-    expect("channels in all sources", weights.inputs / weights.rows, channels);
-    expect("values in the result", plan.output_count() * weights.outputs, result.size());
+    expect("window rows in the plan", weights->rows, plan.k());
+    expect("channels in all sources", weights->inputs / weights->rows, channels);
+    expect("values in the result", plan.output_count() * weights->outputs, result.size());
     if (!result_mask.empty()) expect("values in the result's mask", plan.output_count(), result_mask.size());
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
@@ -11363,7 +11409,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
-/// result   plan.output_count() x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
+/// result   plan.output_count() x weights->outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
@@ -11428,7 +11474,8 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor. Outputs that the plan omits become 0.
     ///
-    /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
+    /// Raises mismatch for a plan of a different kernel size, for maps with the wrong number of pixels or channels, and if the
+    /// layer was moved from.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
@@ -11436,7 +11483,7 @@ public:
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
-        feature_map result(plan.output_count(), weights_.outputs);
+        feature_map result(plan.output_count(), weights_->outputs);
         if (!plan.is_full()) std::fill(result.values.begin(), result.values.end(), 0.0F);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)
@@ -11712,7 +11759,7 @@ template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
     detail::check_same_shape<std::uint8_t>("add", a, b);
-    if (sum.exact.bias != -(sum.exact.a_multiplier * a.zero + sum.exact.b_multiplier * b.zero))
+    if (sum->exact.bias != -(sum->exact.a_multiplier * a.zero + sum->exact.b_multiplier * b.zero))
         raise(error_code::mismatch, "add", "maps with the zero points of the addition",
               "zero points " + std::to_string(a.zero) + " and " + std::to_string(b.zero));
     constexpr std::size_t grain = 1024;
@@ -11728,7 +11775,7 @@ basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const bas
             add_u8(sum, to, row == no_pixel ? missing.data() : b.values_of(row), a.channels, to);
         }
     });
-    a.zero = static_cast<std::uint8_t>(sum.exact.zero_point);
+    a.zero = static_cast<std::uint8_t>(sum->exact.zero_point);
     return a;
 }
 
@@ -12488,7 +12535,7 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
         return tensor_size{(input.height - 1) / stride + 1, (input.width - 1) / stride + 1};
     };
     if (const auto* d = std::get_if<dense_layer>(&layer.kind)) return shrunk(d->stride);
-    if (const auto* d = std::get_if<depthwise_layer>(&layer.kind)) return shrunk(d->weights.stride);
+    if (const auto* d = std::get_if<depthwise_layer>(&layer.kind)) return shrunk(d->weights->stride);
     if (const auto* r = std::get_if<resize_layer>(&layer.kind)) return {input.height * r->factor, input.width * r->factor};
     return input;
 }
@@ -12532,7 +12579,7 @@ struct chain_stage {
     std::size_t stride() const {
         if (const auto* d = std::get_if<dense_layer>(&layer->kind)) return d->stride;
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
-        return d == nullptr ? 1 : d->weights.stride;
+        return d == nullptr ? 1 : d->weights->stride;
     }
     /// Factor by which the stage enlarges its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
@@ -12689,7 +12736,7 @@ private:
             std::memcpy(to + side, input_row(s, state.next_padded), stage.input_row_bytes());
             std::memset(to + side + stage.input_row_bytes(), layer.padding, side + chain_stage::slack);
         }
-        std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
+        std::array<const std::uint8_t*, gemm_u8_data::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
             const std::size_t row = y * layer.stride + k;  // row index in the padded image
             if (row >= margin && row < height + margin) {
@@ -12709,7 +12756,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // row index in the image padded by 1
+                const std::size_t row = y * layer.weights->stride + k;  // row index in the image padded by 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
@@ -12774,7 +12821,7 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
-    if (d == nullptr || d->is_pointwise() || d->weights.segments * d->weights.inputs > few || output == layer + 1) return false;
+    if (d == nullptr || d->is_pointwise() || d->weights->segments * d->weights->inputs > few || output == layer + 1) return false;
     std::size_t readers = 0;
     for (const packed_layer& reader : layers)
         for (std::size_t t : reader.inputs)
@@ -13045,9 +13092,9 @@ public:
             for (const detail::chain_stage& stage : step.chain) {
                 const std::uint64_t pixels = std::uint64_t{stage.output.height} * stage.output.width;
                 if (const auto* dense = std::get_if<detail::dense_layer>(&stage.layer->kind))
-                    d.dense_products += pixels * dense->weights.segments * dense->weights.inputs * dense->weights.outputs;
+                    d.dense_products += pixels * dense->weights->segments * dense->weights->inputs * dense->weights->outputs;
                 if (std::holds_alternative<detail::depthwise_layer>(stage.layer->kind))
-                    d.depthwise_products += pixels * depthwise_u8_weights::taps * stage.layer->channels;
+                    d.depthwise_products += pixels * depthwise_u8_data::taps * stage.layer->channels;
             }
             described.push_back(d);
         }
@@ -14236,7 +14283,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     const bool has_masks = architecture_.missing == missing_colors::masked;
     const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
         features result;
-        result.map = {plan.output_count(), weights.outputs, weights.result_zero_point};
+        result.map = {plan.output_count(), weights->outputs, weights->result_zero_point};
         if (has_masks) result.mask.resize(plan.output_count());
         convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
         return result;
@@ -14385,7 +14432,7 @@ private:
     }
     template <executor Executor>
     map run(layer l, const convolution_plan& plan, std::initializer_list<view> sources, Executor& threads) const {
-        map result(plan.output_count(), layers_[l].outputs, layers_[l].result_zero_point);
+        map result(plan.output_count(), layers_[l]->outputs, layers_[l]->result_zero_point);
         run(l, plan, sources, result.values, threads);
         return result;
     }
