@@ -50,20 +50,20 @@ struct layer_rows {
 std::string row_text(std::size_t pixels) { return "row of " + std::to_string(pixels); }
 
 void run_layer(benchmark::State& state, const ldi::detail::dense_layer& layer, const layer_case& c, ldi::isa set) {
-    layer_rows r(c, layer.kernel, layer.weights.outputs);
+    layer_rows r(c, layer.kernel, layer.weights->outputs);
     const std::size_t rows = layer.kernel == 1 ? (wanted_pixels + c.output.width - 1) / c.output.width : 1;
-    const std::uint8_t* segments[ldi::gemm_u8_weights::max_segments] = {};
+    const std::uint8_t* segments[ldi::gemm_u8_data::max_segments] = {};
     for (std::size_t k = 0; k < layer.kernel; ++k) segments[k] = r.row(k);
     const std::size_t pixels = rows * c.output.width;
-    const std::size_t products = pixels * layer.weights.segments * layer.weights.inputs * layer.weights.outputs;
+    const std::size_t products = pixels * layer.weights->segments * layer.weights->inputs * layer.weights->outputs;
     measure(state, row_text(pixels), {.int8_products = static_cast<double>(products), .set = set},
             [&] { ldi::gemm_u8(layer.weights, segments, c.input_channels * layer.stride, pixels, r.result.data()); });
 }
 
 void run_layer(benchmark::State& state, const ldi::detail::depthwise_layer& layer, const layer_case& c, ldi::isa set) {
-    layer_rows r(c, 3, layer.weights.channels);
+    layer_rows r(c, 3, layer.weights->channels);
     const std::uint8_t* const window[] = {r.row(0), r.row(1), r.row(2)};
-    const std::size_t products = 9 * layer.weights.channels * c.output.width;
+    const std::size_t products = 9 * layer.weights->channels * c.output.width;
     measure(state, row_text(c.output.width), {.int8_products = static_cast<double>(products), .set = set},
             [&] { ldi::depthwise_u8(layer.weights, window, c.input.width, c.repeat, r.result.data()); });
 }
@@ -87,7 +87,7 @@ std::string name_of(const packed_layer& layer, const layer_case& c) {
         if (d->stride > 1) text += " stride 2";
     } else if (const auto* w = std::get_if<ldi::detail::depthwise_layer>(&layer.kind)) {
         text = "kernels/depthwise_u8/" + std::to_string(layer.channels) + " channels";
-        if (w->weights.stride > 1) text += " stride 2";
+        if (w->weights->stride > 1) text += " stride 2";
         if (c.repeat > 1) text += " enlarged";
     } else {
         text = "kernels/add_u8/" + std::to_string(layer.channels) + " channels";
@@ -129,7 +129,7 @@ void run_row(benchmark::State& state, const convolution_shape& s, const Weights&
     const std::size_t k = static_cast<std::size_t>(s.kernel_size), row_values = (row_pixels + k) * s.inputs;
     const Value* rows[15] = {};
     for (std::size_t r = 0; r < k; ++r) rows[r] = input.data() + r * row_values;
-    done.set = weights.target;
+    done.set = weights->target;
     measure(state, row_text(row_pixels), done, [&] { run(rows); });
 }
 

@@ -40,7 +40,7 @@ struct lpips_layer {
             for (std::size_t y = 0; y < in.height(); ++y)
                 std::copy_n(in.row(y), in.width() * channels, padded.row(y + padding) + padding * channels);
         }
-        features out((height - kernel) / stride + 1, (width - kernel) / stride + 1, weights.outputs, ldi::unset);
+        features out((height - kernel) / stride + 1, (width - kernel) / stride + 1, weights->outputs, ldi::unset);
         for (std::size_t y = 0; y < out.height(); ++y) {
             std::array<const float*, 3> rows{};
             for (std::size_t k = 0; k < kernel; ++k) rows[k] = padded.row(y * stride + k);

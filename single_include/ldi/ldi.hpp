@@ -4258,6 +4258,55 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
 
 }}  // namespace ldi
 
+// ---- ldi/kernels/prepared.hpp
+// Weights and constants in the form in which kernels read them.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+template <class Data>
+class prepared;
+
+namespace detail {
+template <class Data>
+prepared<Data> prepared_from(Data data);
+}
+
+/// Data that a packing function prepared for its kernel. It can be read, for example `weights->outputs`, but not changed, because
+/// kernels do not check it.
+template <class Data>
+class prepared {
+public:
+    using value_type = typename Data::value_type;
+
+    /// Makes an empty object, without outputs.
+    prepared() = default;
+    prepared(const prepared&) = default;
+    prepared& operator=(const prepared& other) { return *this = prepared(other); }
+    /// The moved-from object is empty.
+    prepared(prepared&& other) noexcept : data_(std::exchange(other.data_, {})) {}
+    prepared& operator=(prepared&& other) noexcept {
+        data_ = std::exchange(other.data_, {});
+        return *this;
+    }
+
+    const Data& operator*() const { return data_; }
+    const Data* operator->() const { return &data_; }
+
+private:
+    friend prepared detail::prepared_from<Data>(Data data);
+
+    explicit prepared(Data data) : data_(std::move(data)) {}
+
+    Data data_;
+};
+
+template <class Data>
+prepared<Data> detail::prepared_from(Data data) {
+    return prepared<Data>(std::move(data));
+}
+
+}}  // namespace ldi
+
 // ---- ldi/kernels/requantize.hpp
 // Exact integer requantization to 8 bits. It converts an int32 accumulator (a sum of products) or the sum of two 8-bit tensors.
 // The arithmetic is that of QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit.
@@ -4362,8 +4411,10 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Constants of an addition. Valid only if prepare_add_u8() made them.
-struct add_u8_constants {
+/// Constants of an addition.
+struct add_u8_data {
+    using value_type = std::uint8_t;
+
     isa target = isa::scalar;
     quantized_addition exact;
     bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
@@ -4372,13 +4423,15 @@ struct add_u8_constants {
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
+/// Made by prepare_add_u8().
+using add_u8_constants = prepared<add_u8_data>;
+
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
     bool has_float_form;  ///< whether the kernel has the float form, which is faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
-    void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                std::uint8_t* result);
+    void (*run)(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count, std::uint8_t* result);
 };
 
 }}  // namespace ldi
@@ -4794,7 +4847,7 @@ struct adder {
     int32x4_t bias, a_multiplier, b_multiplier;
     rounding_shifter round;
 
-    explicit adder(const add_u8_constants& sum)
+    explicit adder(const add_u8_data& sum)
         : bias(vdupq_n_s32(sum.exact.bias)),
           a_multiplier(vdupq_n_s32(sum.exact.a_multiplier)),
           b_multiplier(vdupq_n_s32(sum.exact.b_multiplier)),
@@ -4822,7 +4875,7 @@ struct adder {
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -4835,7 +4888,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
     std::memcpy(result + i, rest[2], count - i);
 }
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     add_with<adder>(sum, a, b, count, result);
 }
@@ -4851,7 +4904,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
 }
@@ -5175,7 +5228,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 struct float_sums {
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
-    explicit float_sums(const add_u8_constants& sum)
+    explicit float_sums(const add_u8_data& sum)
         : a_scale(wasm_f32x4_splat(sum.a_scale)),
           b_scale(wasm_f32x4_splat(sum.b_scale)),
           offset(wasm_f32x4_splat(sum.offset)),
@@ -5204,7 +5257,7 @@ struct integer_sums {
     v128_t bias, a_multiplier, b_multiplier, zero_point;
     std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_sums(const add_u8_constants& sum)
+    explicit integer_sums(const add_u8_data& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
           a_multiplier(wasm_i32x4_splat(sum.exact.a_multiplier)),
           b_multiplier(wasm_i32x4_splat(sum.exact.b_multiplier)),
@@ -5251,7 +5304,7 @@ using integer_adder = adder<integer_sums>;
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -5265,7 +5318,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
 }
 // add_u8 with float_adder or integer_adder. Included after walk.hpp.
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
@@ -5603,7 +5656,7 @@ struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     float_lanes a_scale, b_scale, offset;
 
-    explicit float_adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_data& sum)
         : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
@@ -5622,7 +5675,7 @@ struct integer_adder {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
     __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_adder(const add_u8_constants& sum)
+    explicit integer_adder(const add_u8_data& sum)
         : bias(spread(sum.exact.bias)),
           a_multiplier(spread(sum.exact.a_multiplier)),
           b_multiplier(spread(sum.exact.b_multiplier)),
@@ -5654,7 +5707,7 @@ struct integer_adder {
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -5668,7 +5721,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
 }
 // add_u8 with float_adder or integer_adder. Included after walk.hpp.
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
@@ -5685,7 +5738,7 @@ struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     float_lanes a_scale, b_scale, offset;
 
-    explicit float_adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_data& sum)
         : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
@@ -5704,7 +5757,7 @@ struct integer_adder {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
     __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_adder(const add_u8_constants& sum)
+    explicit integer_adder(const add_u8_data& sum)
         : bias(spread(sum.exact.bias)),
           a_multiplier(spread(sum.exact.a_multiplier)),
           b_multiplier(spread(sum.exact.b_multiplier)),
@@ -5736,7 +5789,7 @@ struct integer_adder {
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;
@@ -5750,7 +5803,7 @@ inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const s
 }
 // add_u8 with float_adder or integer_adder. Included after walk.hpp.
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     sum.is_float ? add_with<float_adder>(sum, a, b, count, result) : add_with<integer_adder>(sum, a, b, count, result);
 }
@@ -5788,7 +5841,7 @@ static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 /// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    find_kernel(add_u8_kernels, sum.target).run(sum, a, b, count, result);
+    find_kernel(add_u8_kernels, sum->target).run(*sum, a, b, count, result);
 }
 
 namespace detail {
@@ -5800,16 +5853,16 @@ inline constexpr std::array<std::uint8_t, 256> all_bytes = [] {
 }();
 
 /// Whether the float form with these constants equals the integer form for `a` and every b.
-inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
+inline bool is_exact(const add_u8_data& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], found[256];
     std::memset(as, a, sizeof as);
-    add_u8(sum, as, all_bytes.data(), 256, found);
+    find_kernel(add_u8_kernels, sum.target).run(sum, as, all_bytes.data(), 256, found);
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
 /// Whether the float form equals the integer form for all pairs of values. `suspect` is the value of `a` for which the last
 /// candidate failed; testing it first rejects most candidates early.
-inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
+inline bool is_exact(const add_u8_data& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
         if (!is_exact(sum, a, expected)) {
@@ -5829,8 +5882,8 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     check_available("prepare_add_u8", kernel.set);
-    add_u8_constants sum{kernel.set, exact};
-    if (!kernel.has_float_form) return sum;
+    add_u8_data sum{kernel.set, exact};
+    if (!kernel.has_float_form) return detail::prepared_from(sum);
     sum.is_float = true;
     buffer<std::uint8_t> expected;
     expected.reserve(65536);
@@ -5849,10 +5902,10 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
                 sum.offset = static_cast<float>(offset + offset_step * 0x1p-18);
                 sum.a_scale = a_scale * (1 + detail::nearest_float(a_step) * 0x1p-23F);
                 sum.b_scale = b_scale * (1 + detail::nearest_float(b_step) * 0x1p-23F);
-                if (detail::is_exact(sum, expected, suspect)) return sum;
+                if (detail::is_exact(sum, expected, suspect)) return detail::prepared_from(sum);
             }
     sum.is_float = false;
-    return sum;
+    return detail::prepared_from(sum);
 }
 
 }}  // namespace ldi
@@ -5988,8 +6041,8 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 
 }}  // namespace ldi
 
-// ---- ldi/kernels/conv_f32/weights.hpp
-// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
+// ---- ldi/kernels/conv_f32/contract.hpp
+// Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -6001,34 +6054,30 @@ inline constexpr activation no_activation{1.0F};
 inline constexpr activation relu{0.0F};
 constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
 
-/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
-struct conv_f32_weights {
+/// The weights of one layer in the order in which its kernel reads them.
+struct conv_f32_data {
     using value_type = float;
     template <class Result>
     using panel_output = detail::conv_panel_output<Result>;
 
-    static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_weights
+    static constexpr float result_zero_point = 0.0F;  ///< as in conv_u8_data
 
     isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
+    std::size_t rows = 0, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     buffer<float> values;
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
 
-}}  // namespace ldi
-
-// ---- ldi/kernels/conv_f32/contract.hpp
-// Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
+/// Made by pack_conv_f32().
+using conv_f32_weights = prepared<conv_f32_data>;
 
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
     isa set;
     detail::panel_layout layout;
     /// Same parameters as conv_f32() of kernels/conv_f32.hpp.
-    void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const conv_f32_data& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, float* result);
 };
 
@@ -6484,7 +6533,7 @@ void compute_tiles(const detail::weight_shape& shape, const Value* const* pieces
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+inline void conv_f32(const conv_f32_data& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     const float slope = weights.negative_slope, lowest = detail::lowest_before(slope);
     const auto store = [=, outputs = weights.outputs, bias = weights.bias.data()](std::size_t p, std::size_t o, float sum) {
@@ -6584,7 +6633,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
     check_available("pack_conv_f32", kernel.set);
-    conv_f32_weights packed;
+    conv_f32_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
@@ -6594,18 +6643,18 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
                           [weights](std::size_t i) { return weights[i]; });
     packed.bias.assign(bias.begin(), bias.end());
     packed.bias.resize(detail::groups_of(packed.outputs, kernel.layout.lanes) * kernel.layout.lanes, 0.0F);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes result = activation((sum of weight * input) * ratio + bias).
 ///
-/// rows          addresses of the first pixel's pieces, each of weights.inputs values
+/// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    find_kernel(conv_f32_kernels, weights.target).run(weights, rows, pixel_stride, pixels, ratios, result);
+    find_kernel(conv_f32_kernels, weights->target).run(*weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }}  // namespace ldi
@@ -6626,14 +6675,14 @@ template <class Result>
 struct conv_u8_panel_output;
 }
 
-/// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
-struct conv_u8_weights {
+/// The weights of one layer in the order in which conv_u8() reads them.
+struct conv_u8_data {
     using value_type = std::uint8_t;  ///< type of the inputs
     template <class Result>
     using panel_output = detail::conv_u8_panel_output<Result>;
 
     isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
+    std::size_t rows = 0, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
@@ -6641,15 +6690,18 @@ struct conv_u8_weights {
     buffer<float> scales, bias;
 };
 
+/// Made by pack_conv_u8().
+using conv_u8_weights = prepared<conv_u8_data>;
+
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
     detail::panel_layout layout;
     std::int32_t subtrahend;  ///< the kernel subtracts it from all inputs
     /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
-    void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
-    void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
+    void (*run_to_float)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
                          std::size_t pixels, const float* ratios, float* result);
 };
 
@@ -6662,7 +6714,7 @@ struct conv_u8_panel_output : conv_panel_output<Result> {
     const float* scales;
     float zero_point;
 
-    conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
+    conv_u8_panel_output(const conv_u8_data& weights, const float* of_pixels, Result* result)
         : conv_panel_output<Result>(weights, of_pixels, result),
           offsets(weights.offsets.data()),
           scales(weights.scales.data()),
@@ -7004,7 +7056,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
-Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
+inline Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value =
         (std::max)(detail::fused_multiply_add(detail::nearest_float(sum), scale, bias), detail::lowest_before(negative_slope));
     // The multiply-add is fused on every machine, so that the result does not depend on the compiler.
@@ -7019,16 +7071,17 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
 ///
 /// Result  float or std::uint8_t
 template <class Result>
-void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+void conv_u8(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto store = [out = detail::conv_u8_panel_output<Result>(weights, ratios, result)](std::size_t p, std::size_t o,
                                                                                              std::int32_t sum) {
         const float scale = out.scales[o] * (out.ratios == nullptr ? 1.0F : out.ratios[p]);
-        out.values[p * out.stride + o] = finish_conv_u8<Result>(sum, scale, out.bias[o], out.negative_slope, out.zero_point);
+        out.values[p * out.stride + o] =
+            finish_conv_u8<Result>(sum + out.offsets[o], scale, out.bias[o], out.negative_slope, out.zero_point);
     };
     compute_tiles(
         {weights.outputs, weights.rows, weights.inputs}, rows, pixel_stride, pixels, weights.values.data(),
-        [&weights](std::size_t o) { return weights.offsets[o]; }, store);
+        [](std::size_t) { return std::int32_t{0}; }, store);
 }
 
 }}}  // namespace ldi::scalar
@@ -7121,7 +7174,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
     check_available("pack_conv_u8", kernel.set);
-    conv_u8_weights packed;
+    conv_u8_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = zero_points.size();
@@ -7138,24 +7191,24 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     for (std::size_t piece = 0; piece < packed.outputs * rows; ++piece)
         for (const std::uint8_t zero_point : zero_points)
             packed.offsets[piece / rows] -= *weight++ * (zero_point - kernel.subtrahend);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes result = activation((sum of weight * (input - zero point)) * (scale * ratio) + bias). If results are bytes, also adds
 /// their zero point, rounds half to even, and clamps.
 ///
-/// rows          addresses of the first pixel's pieces, each of weights.inputs values
+/// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights.target);
+    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights->target);
     if constexpr (std::is_same_v<Result, std::uint8_t>)
-        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
+        kernel.run(*weights, rows, pixel_stride, pixels, ratios, result);
     else
-        kernel.run_to_float(weights, rows, pixel_stride, pixels, ratios, result);
+        kernel.run_to_float(*weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }}  // namespace ldi
@@ -7224,8 +7277,9 @@ inline bool is_negated(const float_requantization& fast) { return fast.scale < 0
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order in which depthwise_u8() reads them. Valid only if pack_depthwise_u8() made them.
-struct depthwise_u8_weights {
+/// The weights of one layer in the order in which depthwise_u8() reads them.
+struct depthwise_u8_data {
+    using value_type = std::uint8_t;
     static constexpr std::size_t taps = 9;
 
     isa target = isa::scalar;
@@ -7233,18 +7287,19 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;  ///< weights minus their zero point, for scalar and WebAssembly
-    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_weights::narrow.
+    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_data::narrow.
     buffer<std::int8_t> narrow;
     buffer<std::uint32_t> order;  ///< for AVX2: number of terms of each unit of channels (avx2_packing.hpp)
     buffer<std::int32_t> bias;    ///< zero points folded in; in the order of the kernel's sums
-    requantization output;        ///< as in gemm_u8_weights
-    float_requantization fast;    ///< as in gemm_u8_weights
+    requantization output;        ///< as in gemm_u8_data
+    float_requantization fast;    ///< as in gemm_u8_data
+
+    /// Number of pixels per row of the result, for `width` stored pixels that are each repeated `repeat` times.
+    std::size_t result_width(std::size_t width, std::size_t repeat) const { return (width * repeat + stride - 1) / stride; }
 };
 
-/// Number of pixels per row of the result, for `width` stored pixels that are each repeated `repeat` times.
-inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
-    return (width * repeat + weights.stride - 1) / weights.stride;
-}
+/// Made by pack_depthwise_u8().
+using depthwise_u8_weights = prepared<depthwise_u8_data>;
 
 namespace detail {
 
@@ -7257,13 +7312,13 @@ struct depthwise_source {
 
     /// Returns 0 for channels and taps beyond the last.
     int weight(std::size_t channel, std::size_t tap) const {
-        if (channel >= bias.size() || tap >= depthwise_u8_weights::taps) return 0;
-        return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
+        if (channel >= bias.size() || tap >= depthwise_u8_data::taps) return 0;
+        return weights[channel * depthwise_u8_data::taps + tap] - int{weight_zero_point};
     }
     std::int32_t folded_bias(std::size_t channel) const {
         if (channel >= bias.size()) return 0;
         std::int32_t sum = 0;
-        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
+        for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t) sum += weight(channel, t);
         return bias[channel] - sum * input_zero_point;
     }
 };
@@ -7274,9 +7329,9 @@ struct depthwise_source {
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
-    void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
+    void (*pack)(depthwise_u8_data& packed, const detail::depthwise_source& source);
     /// Same parameters as depthwise_u8() of kernels/depthwise_u8.hpp.
-    void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
+    void (*run)(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
                 std::uint8_t* result);
 };
 
@@ -7323,7 +7378,7 @@ struct depthwise_order {
 ///
 /// sign  -1 to negate the weights, else 1
 template <std::size_t max_channels>
-void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, int sign) {
+void pack_columns(depthwise_u8_data& packed, const depthwise_source& source, int sign) {
     for (std::size_t done = 0; done < packed.channels;) {
         const depthwise_unit unit(packed.channels, done, max_channels);
         const depthwise_order<max_channels> order(unit);
@@ -7337,18 +7392,18 @@ void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, 
 }
 
 struct depthwise_call {
-    const depthwise_u8_weights& weights;
+    const depthwise_u8_data& weights;
     const std::uint8_t* const* rows;
     std::size_t width, repeat;
     std::uint8_t* result;
     alignas(64) std::uint8_t padding[64];
 
-    depthwise_call(const depthwise_u8_weights& packed, const std::uint8_t* const* from, std::size_t pixels,
-                   std::size_t repetitions, std::uint8_t* to)
+    depthwise_call(const depthwise_u8_data& packed, const std::uint8_t* const* from, std::size_t pixels, std::size_t repetitions,
+                   std::uint8_t* to)
         : weights(packed), rows(from), width(pixels), repeat(repetitions), result(to) {
         std::memset(padding, packed.padding, sizeof padding);
     }
-    std::size_t result_width() const { return depthwise_result_width(weights, width, repeat); }
+    std::size_t result_width() const { return weights.result_width(width, repeat); }
 };
 
 /// Addresses of one pixel per stretch in each of the three rows.
@@ -7462,7 +7517,7 @@ struct depthwise_rest {
 
 /// Packs weights unit by unit. Appends the number of terms of each unit to `order`. Appends to `narrow`, for each term and each
 /// column of the window, 4 vectors of 8 channels x 4 bytes; detail::depthwise_order defines the order of the channels.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
         const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
@@ -7561,7 +7616,7 @@ struct four_vectors {
 struct depthwise_results {
     using requantizer_type = requantizer;
 
-    static requantizer requantizer_of(const depthwise_u8_weights& weights) { return requantizer(weights.fast); }
+    static requantizer requantizer_of(const depthwise_u8_data& weights) { return requantizer(weights.fast); }
     [[gnu::always_inline]] static int_lanes requantized(const requantizer& requantize, const four_vectors& sums) {
         return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
     }
@@ -7802,7 +7857,7 @@ private:
     }
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     const std::int8_t* values = weights.narrow.data();
@@ -7842,7 +7897,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     detail::pack_columns<depthwise_max_channels>(packed, source, detail::is_negated(packed.fast) ? -1 : 1);
 }
 
@@ -7915,7 +7970,7 @@ struct four_vectors {
 struct depthwise_results {
     using requantizer_type = requantizer;
 
-    static requantizer requantizer_of(const depthwise_u8_weights& weights) { return requantizer(weights.fast); }
+    static requantizer requantizer_of(const depthwise_u8_data& weights) { return requantizer(weights.fast); }
     [[gnu::always_inline]] static int_lanes requantized(const requantizer& requantize, const four_vectors& sums) {
         return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
     }
@@ -8151,7 +8206,7 @@ private:
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     depthwise_u8_units<depthwise_sums>(detail::depthwise_call(weights, rows, width, repeat, result));
 }
@@ -8176,7 +8231,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t depthwise_max_channels = 16, lane_count = 4;
 
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     const int sign = detail::range_of(source.weights, source.weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     detail::depthwise_source from = source;
@@ -8444,7 +8499,7 @@ struct depthwise_sums {
                  add(sum.v[2], column.v[2], weights[4 * k + 2]), add(sum.v[3], column.v[3], weights[4 * k + 3])}};
     }
 
-    static Requantizer requantizer_of(const depthwise_u8_weights& packed) { return Requantizer(packed.output); }
+    static Requantizer requantizer_of(const depthwise_u8_data& packed) { return Requantizer(packed.output); }
     [[gnu::always_inline]] static uint8x16_t requantized(const Requantizer& requantize, const four_vectors& sums) {
         return requantize(sums.v[0], sums.v[1], sums.v[2], sums.v[3]);
     }
@@ -8459,7 +8514,7 @@ private:
     }
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     if (weights.output.zero_point == 0)
@@ -8483,20 +8538,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 inline constexpr std::size_t depthwise_block = 16;
 
 /// Packs the weights tap by tap: for each element of the window, the weights of all channels.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
+    for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t)
         for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));
     for (std::size_t c = 0; c < packed.channels; ++c) packed.bias.push_back(source.folded_bias(c));
 }
 
 /// Computes `count` channels of one pixel, starting at `first`. A compile-time `count` lets the compiler vectorize the loops.
 template <class Count>
-inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
+inline void depthwise_u8_channels(const depthwise_u8_data& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
     std::int32_t sums[depthwise_block] = {};
     std::uint8_t outside[depthwise_block];
     for (std::uint8_t& value : outside) value = weights.padding;
-    for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
+    for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t) {
         const std::uint8_t* const x = taps[t] == nullptr ? outside : taps[t] + first;
         const std::int16_t* const w = weights.wide.data() + t * weights.channels + first;
         for (std::size_t c = 0; c < count; ++c) sums[c] += std::int32_t{std::int16_t{x[c]}} * std::int32_t{w[c]};
@@ -8504,13 +8559,13 @@ inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std
     for (std::size_t c = 0; c < count; ++c) result[first + c] = requantize(sums[c] + weights.bias[first + c], weights.output);
 }
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     using block = std::integral_constant<std::size_t, depthwise_block>;
-    const std::size_t channels = weights.channels, result_width = depthwise_result_width(weights, width, repeat);
+    const std::size_t channels = weights.channels, result_width = weights.result_width(width, repeat);
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
-        const std::uint8_t* taps[depthwise_u8_weights::taps];
-        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
+        const std::uint8_t* taps[depthwise_u8_data::taps];
+        for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t) {
             const std::size_t column = x * weights.stride + t % 3;  // index of the column that is read, plus one
             const bool outside = rows[t / 3] == nullptr || column == 0 || column > width * repeat;
             taps[t] = outside ? nullptr : rows[t / 3] + (column - 1) / repeat * channels;
@@ -8548,7 +8603,7 @@ inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit va
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+inline std::size_t depthwise_blocks(const depthwise_u8_data& weights) {
     return (weights.channels + depthwise_block - 1) / depthwise_block;
 }
 
@@ -8560,8 +8615,8 @@ inline std::size_t block_start(std::size_t channels, std::size_t block) {
 
 /// Packs weights block by block, in groups of 4 channels: rows 0 and 1 of each column of the window, then row 2 of columns 0 and
 /// 1, then row 2 of column 2.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    constexpr std::size_t none = depthwise_u8_weights::taps;
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
+    constexpr std::size_t none = depthwise_u8_data::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
     for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
         const std::size_t start = block_start(packed.channels, b), end = start + depthwise_block;
@@ -8645,7 +8700,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
 struct depthwise_vector {
     v128_t bias, dots[depthwise_dots];
 
-    depthwise_vector(const depthwise_u8_weights& weights, std::size_t vector)
+    depthwise_vector(const depthwise_u8_data& weights, std::size_t vector)
         : bias(wasm_v128_load(weights.bias.data() + vector * 4)),
           dots{load(weights, vector, 0), load(weights, vector, 1), load(weights, vector, 2), load(weights, vector, 3),
                load(weights, vector, 4)} {}
@@ -8658,7 +8713,7 @@ struct depthwise_vector {
     }
 
 private:
-    static v128_t load(const depthwise_u8_weights& weights, std::size_t vector, std::size_t dot) {
+    static v128_t load(const depthwise_u8_data& weights, std::size_t vector, std::size_t dot) {
         return wasm_v128_load(weights.wide.data() + (vector * depthwise_dots + dot) * 8);
     }
     template <std::size_t i>
@@ -8668,7 +8723,7 @@ private:
 };
 
 template <bool positive>
-inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slot_values,
+inline void depthwise_u8_vector(const depthwise_u8_data& weights, std::size_t vector, const std::int16_t* slot_values,
                                 std::size_t count, std::uint8_t* result) {
     const requantizer<positive> requantize(weights.fast);
     const depthwise_vector w(weights, vector);
@@ -8688,9 +8743,9 @@ inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t
     }
 }
 
-inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t result_width,
+inline void depthwise_u8_row(const depthwise_u8_data& weights, const depthwise_rows& rows, std::size_t result_width,
                              std::uint8_t* result) {
-    static constexpr void (*functions[])(const depthwise_u8_weights&, std::size_t, const std::int16_t*, std::size_t,
+    static constexpr void (*functions[])(const depthwise_u8_data&, std::size_t, const std::int16_t*, std::size_t,
                                          std::uint8_t*) = {depthwise_u8_vector<false>, depthwise_u8_vector<true>};
     static constexpr void (*fill_functions[])(const depthwise_rows&, std::size_t, std::size_t, std::size_t, std::int16_t*) = {
         fill_slots<false>, fill_slots<true>};
@@ -8713,10 +8768,10 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     }
 }
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const depthwise_rows from{{rows[0], rows[1], rows[2]}, weights.channels, width, repeat, weights.padding};
-    depthwise_u8_row(weights, from, depthwise_result_width(weights, width, repeat), result);
+    depthwise_u8_row(weights, from, weights.result_width(width, repeat), result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -8757,11 +8812,11 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
-    LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
+    LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_data::taps && (stride == 1 || stride == 2));
     LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
     const isa wanted = find_kernel(depthwise_u8_kernels, target).set;
     check_available("pack_depthwise_u8", wanted);
-    depthwise_u8_weights packed;
+    depthwise_u8_data packed;
     packed.channels = bias.size();
     packed.stride = stride;
     packed.padding = input_zero_point;
@@ -8769,7 +8824,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     find_kernel(depthwise_u8_kernels, packed.target).pack(packed, source);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes one row of the result.
@@ -8777,12 +8832,12 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 /// rows    the window's three input rows from top to bottom, width x channels each; nullptr for a row outside the image. The
 ///         function applies stride and repeat only horizontally; the caller applies them vertically by selecting the rows
 /// repeat  1 to 4: repetitions of each pixel
-/// result  depthwise_result_width() x channels; must not overlap the rows
+/// result  weights->result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     LDI_ASSERT(repeat >= 1 && repeat <= 4);
     if (width == 0) return;
-    find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
+    find_kernel(depthwise_u8_kernels, weights->target).run(*weights, rows, width, repeat, result);
 }
 
 }}  // namespace ldi
@@ -8821,8 +8876,9 @@ void stable_sort(buffer<T>& values, Before before) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order in which gemm_u8() reads them. Valid only if pack_gemm_u8() made them.
-struct gemm_u8_weights {
+/// The weights of one layer in the order in which gemm_u8() reads them.
+struct gemm_u8_data {
+    using value_type = std::uint8_t;
     static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
@@ -8849,6 +8905,9 @@ struct gemm_u8_weights {
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
+/// Made by pack_gemm_u8().
+using gemm_u8_weights = prepared<gemm_u8_data>;
+
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
@@ -8857,9 +8916,9 @@ struct gemm_u8_kernel {
     std::size_t min_outputs;
     /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
     /// pack_gemm_u8() of kernels/gemm_u8.hpp.
-    void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
+    void (*pack)(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
     /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
-    void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
                 std::uint8_t* result);
 };
 
@@ -8882,7 +8941,7 @@ struct gemm_panel_of {
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
-    gemm_panel_of(const gemm_u8_weights& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
+    gemm_panel_of(const gemm_u8_data& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
                   std::size_t pixel_count, std::uint8_t* to)
         : segments(of_first_pixel),
           segment_count(packed.segments),
@@ -8914,8 +8973,8 @@ constexpr panel_layout single_output_layout(std::size_t lanes) { return {lanes, 
 ///
 /// sign  -1 to negate the weights, else 1
 template <class Stored>
-void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
-                    int weight_zero_point, int sign, const panel_layout& layout) {
+void append_weights(buffer<Stored>& to, const gemm_u8_data& packed, std::span<const std::uint8_t> weights, int weight_zero_point,
+                    int sign, const panel_layout& layout) {
     append_panels(to, {packed.outputs, packed.segments, packed.inputs}, layout,
                   [&](std::size_t i) { return sign * (weights[i] - weight_zero_point); });
 }
@@ -8928,7 +8987,7 @@ inline bool sums_fit(std::span<const std::uint8_t> weights, std::uint8_t weight_
 }
 
 /// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
-inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+inline void fold_zero_points(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
     constexpr std::size_t largest_vector = 16;
     packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
@@ -9044,7 +9103,7 @@ private:
 
 /// Packs weights panel by panel, segment by segment. Appends to `order` the number of pairs of terms, the number of single
 /// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     if (packed.is_single_output())
         return detail::append_weights(packed.wide, packed, weights, weight_zero_point, sign, detail::single_output_layout(16));
@@ -9169,8 +9228,8 @@ template <std::size_t vectors, class Requantizer>
 }
 
 template <std::size_t vectors, class Requantizer>
-[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
-                                               std::size_t held) {
+[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::size_t held,
+                                               std::uint8_t* result) {
     const __m256i a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
     store_first(result, gather_lanes(requantize.pack_lanes(a, b, a, b)), held);
 }
@@ -9190,7 +9249,7 @@ struct gemm_results {
         if constexpr (count % 4 == 0)
             if (panel.held == sizeof...(v) * gemm_lanes)
                 return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
 
@@ -9307,46 +9366,77 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-/// Computes the sum of one pixel and one output.
-[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                             std::size_t offset) {
-    __m256i sums = _mm256_setzero_si256();
-    const std::int16_t* w = weights.wide.data();
-    for (std::size_t s = 0; s < weights.segments; ++s) {
+inline constexpr std::size_t single_output_inputs = 16, single_output_pixels = 1;
+
+[[gnu::always_inline]] inline __m256i add_inputs(__m256i sums, const std::uint8_t* from, const std::int16_t* weights) {
+    const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+    return _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, load(weights)));
+}
+[[gnu::always_inline]] inline void store_totals(const __m256i* sums, std::int32_t start, std::int32_t* to) {
+    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(*sums), _mm256_extracti128_si256(*sums, 1));
+    const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
+    *to = start + _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+}
+
+// gemm_u8 with a single output: the lanes of a vector contain inputs. AVX2, AVX-512 and WebAssembly include this file inside
+// their namespace and target region, after walk.hpp and these definitions:
+//
+//     single_output_inputs, single_output_pixels       inputs per step; pixels per call of store_totals()
+//     add_inputs(sums, from, weights)                  returns the sums plus the products of one step
+//     add_rest(sums, from, count, weights)             the same for fewer inputs; optional
+//     store_totals(sums, start, to)                    stores `start` plus the total of each pixel's vector of sums
+//     store_pixel<1>(sums, requantize, count, result)  requantizes a vector of sums and stores the first `count` results
+
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector add_rest(gemm_vector sums, const std::uint8_t* from, std::size_t count,
+                                                   const Weight* weights) {
+    alignas(16) std::uint8_t inputs[single_output_inputs] = {};
+    std::memcpy(inputs, from, count);
+    return add_inputs(sums, inputs, weights);
+}
+
+/// Computes the sums of one pixel.
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_data& layer, const Weight* weights,
+                                                             const std::uint8_t* const* segments, std::size_t offset) {
+    gemm_vector sums{};
+    for (std::size_t s = 0; s < layer.segments; ++s) {
         const std::uint8_t* const x = segments[s] + offset;
         std::size_t i = 0;
-        for (; i + 16 <= weights.inputs; i += 16, w += 16) {
-            const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(x + i)));
-            sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
-        }
-        if (i == weights.inputs) continue;
-        alignas(16) std::uint8_t rest[16] = {};
-        std::memcpy(rest, x + i, weights.inputs - i);
-        const __m256i inputs = _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(rest)));
-        sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
-        w += 16;
+        for (; i + single_output_inputs <= layer.inputs; i += single_output_inputs, weights += single_output_inputs)
+            sums = add_inputs(sums, x + i, weights);
+        if (i == layer.inputs) continue;
+        sums = add_rest(sums, x + i, layer.inputs - i, weights);
+        weights += single_output_inputs;
     }
-    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
-    const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
-    return _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+    return sums;
 }
 
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer requantize(weights.fast);
+template <class Weight, class Requantizer>
+inline void gemm_u8_single_output(const gemm_u8_data& layer, const Weight* weights, const Requantizer& requantize,
+                                  const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                                  std::uint8_t* result) {
     for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
-        alignas(32) std::int32_t sums[gemm_lanes] = {};
+        alignas(64) std::int32_t totals[gemm_lanes] = {};
         const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
-        for (std::size_t p = 0; p < count; ++p)
-            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
-        const __m256i values = requantize(_mm256_load_si256(reinterpret_cast<const __m256i*>(sums)));
-        store_first(result + first, gather_lanes(requantize.pack_lanes(values, values, values, values)), count);
+        for (std::size_t i = 0; i < count; i += single_output_pixels) {
+            gemm_vector sums[single_output_pixels];
+            for (std::size_t p = 0; p < single_output_pixels; ++p) {  // repeats the last pixel at the end
+                const std::size_t pixel = single_output_pixels == 1 || first + i + p < pixels ? first + i + p : pixels - 1;
+                sums[p] = single_output_sums(layer, weights, segments, pixel * pixel_stride);
+            }
+            store_totals(sums, layer.bias[0], totals + i);
+        }
+        const gemm_vector values = load_bias(totals);
+        store_pixel<1>(&values, requantize, count, result + first);
     }
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output())
+        return gemm_u8_single_output(weights, weights.wide.data(), requantizer(weights.fast), segments, pixel_stride, pixels,
+                                     result);
     gemm_u8_panels<rectifier, requantizer>(
         weights.outputs, weights.fast,
         gemm_panel(weights, {weights.order.data(), weights.narrow.data()}, segments, pixel_stride, pixels, result));
@@ -9373,7 +9463,7 @@ inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pi
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign,
@@ -9416,13 +9506,13 @@ template <bool last_is_half, std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t vectors, class Requantizer>
-[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, __mmask64 mask,
+[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, std::size_t held,
                                                std::uint8_t* result) {
     const __m512i a = requantize(sums[0]);
     const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
     const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
     const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : c;
-    _mm512_mask_storeu_epi8(result, mask, gather_lanes(requantize.pack_lanes(a, b, c, d)));
+    _mm512_mask_storeu_epi8(result, first_bytes(held), gather_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
 template <class Requantizer>
@@ -9459,8 +9549,7 @@ struct gemm_kernel_of {
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, first_bytes(panel.held), result + p * panel.outputs),
-         ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
 
@@ -9563,49 +9652,84 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-/// Computes 16 partial sums of one pixel and one output.
-[[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                         std::size_t offset) {
-    __m512i sums = _mm512_setzero_si512();
-    const std::int8_t* w = weights.narrow.data();
-    for (std::size_t s = 0; s < weights.segments; ++s)
-        for (std::size_t i = 0; i < weights.inputs; i += 64, w += 64) {
-            const __m512i x = _mm512_maskz_loadu_epi8(first_bytes(weights.inputs - i), segments[s] + offset + i);
-            sums = _mm512_dpbusd_epi32(sums, x, _mm512_load_si512(w));
-        }
-    return sums;
-}
+inline constexpr std::size_t single_output_inputs = 64, single_output_pixels = 4;
 
+[[gnu::always_inline]] inline __m512i add_inputs(__m512i sums, const std::uint8_t* from, const std::int8_t* weights) {
+    return _mm512_dpbusd_epi32(sums, _mm512_loadu_si512(from), load(weights));
+}
+[[gnu::always_inline]] inline __m512i add_rest(__m512i sums, const std::uint8_t* from, std::size_t count,
+                                               const std::int8_t* weights) {
+    return _mm512_dpbusd_epi32(sums, _mm512_maskz_loadu_epi8(first_bytes(count), from), load(weights));
+}
 [[gnu::always_inline]] inline __m128i add_quarters(__m512i sums) {
     const __m256i half = _mm256_add_epi32(_mm512_castsi512_si256(sums), _mm512_extracti64x4_epi64(sums, 1));
     return _mm_add_epi32(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
 }
+[[gnu::always_inline]] inline void store_totals(const __m512i* sums, std::int32_t start, std::int32_t* to) {
+    const __m128i low = _mm_hadd_epi32(add_quarters(sums[0]), add_quarters(sums[1]));
+    const __m128i high = _mm_hadd_epi32(add_quarters(sums[2]), add_quarters(sums[3]));
+    _mm_store_si128(reinterpret_cast<__m128i*>(to), _mm_add_epi32(_mm_hadd_epi32(low, high), _mm_set1_epi32(start)));
+}
 
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer requantize(weights.fast);
-    const __m512i bias = _mm512_set1_epi32(weights.bias[0]);
-    for (std::size_t first = 0; first < pixels; first += 16) {
-        alignas(64) std::int32_t sums[16] = {};
-        for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
-            __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel at the end
-                const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
-                four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
+// gemm_u8 with a single output: the lanes of a vector contain inputs. AVX2, AVX-512 and WebAssembly include this file inside
+// their namespace and target region, after walk.hpp and these definitions:
+//
+//     single_output_inputs, single_output_pixels       inputs per step; pixels per call of store_totals()
+//     add_inputs(sums, from, weights)                  returns the sums plus the products of one step
+//     add_rest(sums, from, count, weights)             the same for fewer inputs; optional
+//     store_totals(sums, start, to)                    stores `start` plus the total of each pixel's vector of sums
+//     store_pixel<1>(sums, requantize, count, result)  requantizes a vector of sums and stores the first `count` results
+
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector add_rest(gemm_vector sums, const std::uint8_t* from, std::size_t count,
+                                                   const Weight* weights) {
+    alignas(16) std::uint8_t inputs[single_output_inputs] = {};
+    std::memcpy(inputs, from, count);
+    return add_inputs(sums, inputs, weights);
+}
+
+/// Computes the sums of one pixel.
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_data& layer, const Weight* weights,
+                                                             const std::uint8_t* const* segments, std::size_t offset) {
+    gemm_vector sums{};
+    for (std::size_t s = 0; s < layer.segments; ++s) {
+        const std::uint8_t* const x = segments[s] + offset;
+        std::size_t i = 0;
+        for (; i + single_output_inputs <= layer.inputs; i += single_output_inputs, weights += single_output_inputs)
+            sums = add_inputs(sums, x + i, weights);
+        if (i == layer.inputs) continue;
+        sums = add_rest(sums, x + i, layer.inputs - i, weights);
+        weights += single_output_inputs;
+    }
+    return sums;
+}
+
+template <class Weight, class Requantizer>
+inline void gemm_u8_single_output(const gemm_u8_data& layer, const Weight* weights, const Requantizer& requantize,
+                                  const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                                  std::uint8_t* result) {
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        alignas(64) std::int32_t totals[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t i = 0; i < count; i += single_output_pixels) {
+            gemm_vector sums[single_output_pixels];
+            for (std::size_t p = 0; p < single_output_pixels; ++p) {  // repeats the last pixel at the end
+                const std::size_t pixel = single_output_pixels == 1 || first + i + p < pixels ? first + i + p : pixels - 1;
+                sums[p] = single_output_sums(layer, weights, segments, pixel * pixel_stride);
             }
-            const __m128i pairs[2] = {_mm_hadd_epi32(four[0], four[1]), _mm_hadd_epi32(four[2], four[3])};
-            _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
+            store_totals(sums, layer.bias[0], totals + i);
         }
-        const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
-        const __m512i bytes = gather_lanes(requantize.pack_lanes(values, values, values, values));
-        const std::size_t rest = pixels - first;
-        _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
+        const gemm_vector values = load_bias(totals);
+        store_pixel<1>(&values, requantize, count, result + first);
     }
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output())
+        return gemm_u8_single_output(weights, weights.narrow.data(), requantizer(weights.fast), segments, pixel_stride, pixels,
+                                     result);
     gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
                                            gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
 }
@@ -9632,7 +9756,7 @@ inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pix
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign, {gemm_group, gemm_lanes, gemm_max_vectors});
 }
@@ -9751,7 +9875,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
         weights.outputs, weights.fast, gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
@@ -9778,7 +9902,7 @@ inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pix
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::range_of(weights, weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     const std::size_t inputs = packed.segments * packed.inputs;
@@ -9919,7 +10043,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<relu_requantizer, requantizer>(
         weights.outputs, weights.output, gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
@@ -9936,18 +10060,18 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, panels);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     const auto store = [&weights, result](std::size_t p, std::size_t o, std::int32_t sum) {
         result[p * weights.outputs + o] = requantize(sum, weights.output);
     };
     compute_tiles(
         {weights.outputs, weights.segments, weights.inputs}, segments, pixel_stride, pixels, weights.wide.data(),
-        [&weights](std::size_t o) { return weights.bias[o]; }, store);
+        [bias = weights.bias.data()](std::size_t o) { return bias[o]; }, store);
 }
 
 }}}  // namespace ldi::scalar
@@ -9967,7 +10091,7 @@ inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pix
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1,
                            packed.is_single_output() ? detail::single_output_layout(8) : panels);
@@ -9976,10 +10100,10 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    const std::int16_t* starts[gemm_u8_weights::max_segments];  // start of each segment
+    const std::int16_t* starts[gemm_u8_data::max_segments];  // start of each segment
     std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
-    widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
+    widened_pixels(const gemm_u8_data& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
@@ -9989,7 +10113,7 @@ struct widened_pixels {
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
-    void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
+    void fill(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
               std::size_t count) {
         for (std::size_t s = 0; s < segment_count; ++s) {
             const std::uint8_t* const from = segments[s] + first * input_stride;
@@ -10149,7 +10273,7 @@ inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm
 }
 
 template <bool is_unfused>
-void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_widened(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                      std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
@@ -10165,51 +10289,85 @@ void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* 
     }
 }
 
-/// Computes the sum of one pixel and one output.
-[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                             std::size_t offset) {
-    v128_t sums = wasm_i32x4_splat(0);
-    const std::int16_t* w = weights.wide.data();
-    for (std::size_t s = 0; s < weights.segments; ++s) {
+inline constexpr std::size_t single_output_inputs = 8, single_output_pixels = 1;
+
+[[gnu::always_inline]] inline v128_t add_inputs(v128_t sums, const std::uint8_t* from, const std::int16_t* weights) {
+    return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(from), wasm_v128_load(weights)));
+}
+[[gnu::always_inline]] inline void store_totals(const v128_t* sums, std::int32_t start, std::int32_t* to) {
+    const v128_t pairs = wasm_i32x4_add(*sums, wasm_i32x4_shuffle(*sums, *sums, 2, 3, 0, 1));
+    *to = start + wasm_i32x4_extract_lane(pairs, 0) + wasm_i32x4_extract_lane(pairs, 1);
+}
+
+// gemm_u8 with a single output: the lanes of a vector contain inputs. AVX2, AVX-512 and WebAssembly include this file inside
+// their namespace and target region, after walk.hpp and these definitions:
+//
+//     single_output_inputs, single_output_pixels       inputs per step; pixels per call of store_totals()
+//     add_inputs(sums, from, weights)                  returns the sums plus the products of one step
+//     add_rest(sums, from, count, weights)             the same for fewer inputs; optional
+//     store_totals(sums, start, to)                    stores `start` plus the total of each pixel's vector of sums
+//     store_pixel<1>(sums, requantize, count, result)  requantizes a vector of sums and stores the first `count` results
+
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector add_rest(gemm_vector sums, const std::uint8_t* from, std::size_t count,
+                                                   const Weight* weights) {
+    alignas(16) std::uint8_t inputs[single_output_inputs] = {};
+    std::memcpy(inputs, from, count);
+    return add_inputs(sums, inputs, weights);
+}
+
+/// Computes the sums of one pixel.
+template <class Weight>
+[[gnu::always_inline]] inline gemm_vector single_output_sums(const gemm_u8_data& layer, const Weight* weights,
+                                                             const std::uint8_t* const* segments, std::size_t offset) {
+    gemm_vector sums{};
+    for (std::size_t s = 0; s < layer.segments; ++s) {
         const std::uint8_t* const x = segments[s] + offset;
         std::size_t i = 0;
-        for (; i + 8 <= weights.inputs; i += 8, w += 8)
-            sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(x + i), wasm_v128_load(w)));
-        if (i == weights.inputs) continue;
-        std::uint8_t rest[8] = {};
-        std::memcpy(rest, x + i, weights.inputs - i);
-        sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(rest), wasm_v128_load(w)));
-        w += 8;
+        for (; i + single_output_inputs <= layer.inputs; i += single_output_inputs, weights += single_output_inputs)
+            sums = add_inputs(sums, x + i, weights);
+        if (i == layer.inputs) continue;
+        sums = add_rest(sums, x + i, layer.inputs - i, weights);
+        weights += single_output_inputs;
     }
-    sums = wasm_i32x4_add(sums, wasm_i32x4_shuffle(sums, sums, 2, 3, 0, 1));
-    return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
+    return sums;
+}
+
+template <class Weight, class Requantizer>
+inline void gemm_u8_single_output(const gemm_u8_data& layer, const Weight* weights, const Requantizer& requantize,
+                                  const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                                  std::uint8_t* result) {
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        alignas(64) std::int32_t totals[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t i = 0; i < count; i += single_output_pixels) {
+            gemm_vector sums[single_output_pixels];
+            for (std::size_t p = 0; p < single_output_pixels; ++p) {  // repeats the last pixel at the end
+                const std::size_t pixel = single_output_pixels == 1 || first + i + p < pixels ? first + i + p : pixels - 1;
+                sums[p] = single_output_sums(layer, weights, segments, pixel * pixel_stride);
+            }
+            store_totals(sums, layer.bias[0], totals + i);
+        }
+        const gemm_vector values = load_bias(totals);
+        store_pixel<1>(&values, requantize, count, result + first);
+    }
 }
 
 template <bool is_unfused>
-void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_single_output(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                            std::size_t pixels, std::uint8_t* result) {
-    const auto requantize = [&] {
-        if constexpr (is_unfused)
-            return requantizer<false>(weights.fast);
-        else
-            return integer_requantizer(weights.output);
-    }();
-    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
-        std::int32_t sums[gemm_lanes] = {};
-        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
-        for (std::size_t p = 0; p < count; ++p)
-            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
-        const v128_t values = requantize(wasm_v128_load(sums));
-        store_first(result + first, narrow(values, values, values, values), count);
-    }
+    const std::int16_t* const values = weights.wide.data();
+    if constexpr (is_unfused)
+        gemm_u8_single_output(weights, values, requantizer<false>(weights.fast), segments, pixel_stride, pixels, result);
+    else
+        gemm_u8_single_output(weights, values, integer_requantizer(weights.output), segments, pixel_stride, pixels, result);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     // a table, because Binaryen inlines functions with a single caller
-    static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
-                                     std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
-                                                       gemm_u8_single_output<false>, gemm_u8_single_output<true>};
+    static constexpr void (*kinds[])(const gemm_u8_data&, const std::uint8_t* const*, std::size_t, std::size_t, std::uint8_t*) = {
+        gemm_u8_widened<false>, gemm_u8_widened<true>, gemm_u8_single_output<false>, gemm_u8_single_output<true>};
     kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.has_float_form()}](weights, segments, pixel_stride,
                                                                                                pixels, result);
 }
@@ -10258,11 +10416,11 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                     std::span<const std::int32_t> bias, std::size_t segments, std::uint8_t input_zero_point,
                                     const requantization& output) {
-    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::max_segments);
+    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_data::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
     check_available("pack_gemm_u8", kernel.set);
-    gemm_u8_weights packed;
+    gemm_u8_data packed;
     packed.segments = segments;
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
@@ -10273,18 +10431,18 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
         packed.target = wanted, packed.fast = {};  // WebAssembly's kernel can also requantize in integers
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes the requantized matrix product.
 ///
-/// segments      addresses of the first pixel's pieces, each of weights.inputs values; 3 more bytes after each piece must be
+/// segments      addresses of the first pixel's pieces, each of weights->inputs values; 3 more bytes after each piece must be
 ///               readable
 /// pixel_stride  distance between the pieces of adjacent pixels, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    find_kernel(gemm_u8_kernels, weights.target).run(weights, segments, pixel_stride, pixels, result);
+    find_kernel(gemm_u8_kernels, weights->target).run(*weights, segments, pixel_stride, pixels, result);
 }
 
 }}  // namespace ldi
@@ -10930,7 +11088,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, typename Weights::value_type>)
-        return weights.result_zero_point;
+        return weights->result_zero_point;
     else
         return Result{};
 }
@@ -10963,7 +11121,7 @@ public:
         stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
         const std::size_t stretch_pixels = stride() * stretch_ + k();
         values_.resize((std::max)(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
-        results_.resize(batch_ * job.weights.outputs);
+        results_.resize(batch_ * job.weights->outputs);
         ratios_.resize((std::max)(batch_, stretch_));
         counts_.resize(stretch_pixels);
     }
@@ -11008,7 +11166,7 @@ private:
 
     std::size_t k() const { return job_.plan.k(); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride()); }
-    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
+    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights->outputs; }
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
@@ -11075,7 +11233,7 @@ private:
         row_starts starts{};
         for (std::size_t r = 0; r < k(); ++r) starts[r] = values_.data() + r * k() * job_.channels;
         multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
-        const std::size_t outputs = job_.weights.outputs;
+        const std::size_t outputs = job_.weights->outputs;
         for (std::size_t o = 0; o < count; ++o) {
             const std::size_t output = static_cast<std::size_t>(job_.plan.irregular()[first + o]);
             copy_row(results_.data() + o * outputs, outputs, result_of(output));
@@ -11093,7 +11251,7 @@ private:
     /// without bias.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
-        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights->outputs, zero_of_results<result_type>(job_.weights));
         if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
     }
 
@@ -11120,9 +11278,9 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
         expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }
-    expect("window rows in the plan", weights.rows, plan.k());
-    expect("channels in all sources", weights.inputs / weights.rows, channels);
-    expect("values in the result", plan.output_count() * weights.outputs, result.size());
+    expect("window rows in the plan", weights->rows, plan.k());
+    expect("channels in all sources", weights->inputs / weights->rows, channels);
+    expect("values in the result", plan.output_count() * weights->outputs, result.size());
     if (!result_mask.empty()) expect("values in the result's mask", plan.output_count(), result_mask.size());
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
@@ -11245,7 +11403,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
-/// result   plan.output_count() x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
+/// result   plan.output_count() x weights->outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone, not on the plan (full or restricted) or on the executor.
@@ -11312,7 +11470,8 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor. Outputs that the plan omits become 0.
     ///
-    /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
+    /// Raises mismatch for a plan of a different kernel size, for maps with the wrong number of pixels or channels, and if the
+    /// layer was moved from.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
@@ -11320,7 +11479,7 @@ public:
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
-        feature_map result(plan.output_count(), weights_.outputs);
+        feature_map result(plan.output_count(), weights_->outputs);
         if (!plan.is_full()) std::fill(result.values.begin(), result.values.end(), 0.0F);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)
@@ -11603,7 +11762,7 @@ template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
     detail::check_same_shape<std::uint8_t>("add", a, b);
-    if (sum.exact.bias != -(sum.exact.a_multiplier * a.zero + sum.exact.b_multiplier * b.zero))
+    if (sum->exact.bias != -(sum->exact.a_multiplier * a.zero + sum->exact.b_multiplier * b.zero))
         raise(error_code::mismatch, "add", "maps with the zero points of the addition",
               "zero points " + std::to_string(a.zero) + " and " + std::to_string(b.zero));
     constexpr std::size_t grain = 1024;
@@ -11619,7 +11778,7 @@ basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const bas
             add_u8(sum, to, row == no_pixel ? missing.data() : b.values_of(row), a.channels, to);
         }
     });
-    a.zero = static_cast<std::uint8_t>(sum.exact.zero_point);
+    a.zero = static_cast<std::uint8_t>(sum->exact.zero_point);
     return a;
 }
 
@@ -12488,7 +12647,7 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
         return tensor_size{(input.height - 1) / stride + 1, (input.width - 1) / stride + 1};
     };
     if (const auto* d = std::get_if<dense_layer>(&layer.kind)) return shrunk(d->stride);
-    if (const auto* d = std::get_if<depthwise_layer>(&layer.kind)) return shrunk(d->weights.stride);
+    if (const auto* d = std::get_if<depthwise_layer>(&layer.kind)) return shrunk(d->weights->stride);
     if (const auto* r = std::get_if<resize_layer>(&layer.kind)) return {input.height * r->factor, input.width * r->factor};
     return input;
 }
@@ -12532,7 +12691,7 @@ struct chain_stage {
     std::size_t stride() const {
         if (const auto* d = std::get_if<dense_layer>(&layer->kind)) return d->stride;
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
-        return d == nullptr ? 1 : d->weights.stride;
+        return d == nullptr ? 1 : d->weights->stride;
     }
     /// Factor by which the stage upsamples its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
@@ -12689,7 +12848,7 @@ private:
             std::memcpy(to + side, input_row(s, state.next_padded), stage.input_row_bytes());
             std::memset(to + side + stage.input_row_bytes(), layer.padding, side + chain_stage::slack);
         }
-        std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
+        std::array<const std::uint8_t*, gemm_u8_data::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
             const std::size_t row = y * layer.stride + k;  // row index in the padded image
             if (row >= margin && row < height + margin) {
@@ -12709,7 +12868,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // row index in the image padded by 1
+                const std::size_t row = y * layer.weights->stride + k;  // row index in the image padded by 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
@@ -12774,7 +12933,7 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
-    if (d == nullptr || d->is_pointwise() || d->weights.segments * d->weights.inputs > few || output == layer + 1) return false;
+    if (d == nullptr || d->is_pointwise() || d->weights->segments * d->weights->inputs > few || output == layer + 1) return false;
     std::size_t readers = 0;
     for (const packed_layer& reader : layers)
         for (std::size_t t : reader.inputs)
@@ -13045,9 +13204,9 @@ public:
             for (const detail::chain_stage& stage : step.chain) {
                 const std::uint64_t pixels = std::uint64_t{stage.output.height} * stage.output.width;
                 if (const auto* dense = std::get_if<detail::dense_layer>(&stage.layer->kind))
-                    d.dense_products += pixels * dense->weights.segments * dense->weights.inputs * dense->weights.outputs;
+                    d.dense_products += pixels * dense->weights->segments * dense->weights->inputs * dense->weights->outputs;
                 if (std::holds_alternative<detail::depthwise_layer>(stage.layer->kind))
-                    d.depthwise_products += pixels * depthwise_u8_weights::taps * stage.layer->channels;
+                    d.depthwise_products += pixels * depthwise_u8_data::taps * stage.layer->channels;
             }
             described.push_back(d);
         }
@@ -14237,7 +14396,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     const bool has_masks = architecture_.missing == missing_colors::masked;
     const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
         features result;
-        result.map = {plan.output_count(), weights.outputs, weights.result_zero_point};
+        result.map = {plan.output_count(), weights->outputs, weights->result_zero_point};
         if (has_masks) result.mask.resize(plan.output_count());
         convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
         return result;
@@ -14386,7 +14545,7 @@ private:
     }
     template <executor Executor>
     map run(layer l, const convolution_plan& plan, std::initializer_list<view> sources, Executor& threads) const {
-        map result(plan.output_count(), layers_[l].outputs, layers_[l].result_zero_point);
+        map result(plan.output_count(), layers_[l]->outputs, layers_[l]->result_zero_point);
         run(l, plan, sources, result.values, threads);
         return result;
     }

@@ -49,7 +49,7 @@ TEST_CASE("add_u8 matches the integer form for all 65,536 pairs on every instruc
         for (int round = 0; round < 40; ++round) {
             const ldi::quantized_addition exact = any_addition(random);
             const ldi::add_u8_constants sum = ldi::prepare_add_u8(set, exact);
-            integer_forms += !sum.is_float && ldi::find_kernel(ldi::add_u8_kernels, set).has_float_form;
+            integer_forms += !sum->is_float && ldi::find_kernel(ldi::add_u8_kernels, set).has_float_form;
             ldi::buffer<std::uint8_t> b(256);
             for (std::size_t i = 0; i < 256; ++i) b[i] = static_cast<std::uint8_t>(i);
             for (std::size_t value = 0; value < 256; ++value) {
@@ -88,12 +88,12 @@ TEST_CASE("for any quantization, both the integer form and the float form of add
         ldi::buffer<std::uint8_t> found(a.size());
         for (ldi::isa set : ldi::testing::available_isas()) {
             const ldi::isa existing = ldi::find_kernel(ldi::add_u8_kernels, set).set;
-            ldi::add_u8_constants sum{existing, exact};
+            ldi::add_u8_constants sum = ldi::detail::prepared_from(ldi::add_u8_data{existing, exact});
             ldi::add_u8(sum, a.data(), b.data(), a.size(), found.data());
             CHECK(found == expected);
             if (round % 10 > 1) continue;
             sum = ldi::prepare_add_u8(set, exact);
-            CHECK(sum.target == existing);
+            CHECK(sum->target == existing);
             ldi::add_u8(sum, a.data(), b.data(), a.size(), found.data());
             CHECK(found == expected);
         }

@@ -17,7 +17,7 @@ TEST_CASE("weights are packed for AVX-VNNI if requested and available, and for s
     const ldi::buffer<std::uint8_t> weights = random.bytes(9 * 20);
     const ldi::buffer<std::int32_t> bias(20, 3);
     const ldi::requantization output = ldi::make_requantization(0.0021F, 7);
-    CHECK(ldi::pack_gemm_u8(ldi::isa::avx_vnni, weights, 128, bias, 1, 5, output).target == expected);
+    CHECK(ldi::pack_gemm_u8(ldi::isa::avx_vnni, weights, 128, bias, 1, 5, output)->target == expected);
 }
 
 #if LDI_HAS_X86_KERNELS && defined(__x86_64__) && defined(__linux__)
@@ -59,12 +59,13 @@ TEST_CASE("the compiled AVX-VNNI matrix product matches scalar code under emulat
         const std::uint8_t weight_zero = random.byte(127, 128), input_zero = random.byte();
         const auto computed = [&](ldi::isa set, bool& used) {
             const ldi::isa existing = set == ldi::isa::avx_vnni ? ldi::isa::avx2 : set;
-            ldi::gemm_u8_weights packed = ldi::pack_gemm_u8(existing, weights, weight_zero, bias, segments, input_zero, output);
-            REQUIRE(packed.target == existing);
+            ldi::gemm_u8_data data = *ldi::pack_gemm_u8(existing, weights, weight_zero, bias, segments, input_zero, output);
+            REQUIRE(data.target == existing);
             if (set != existing) {  // the sets differ only in the order of the weights
-                packed.target = set, packed.narrow.clear(), packed.order.clear();
-                ldi::avx_vnni::pack_gemm_u8(packed, weights, weight_zero);
+                data.target = set, data.narrow.clear(), data.order.clear();
+                ldi::avx_vnni::pack_gemm_u8(data, weights, weight_zero);
             }
+            const ldi::gemm_u8_weights packed = ldi::detail::prepared_from(data);
             const auto compute = [&](std::uint8_t* to) { ldi::gemm_u8(packed, starts.data(), stride, pixels, to); };
             return emulated<std::uint8_t>(pixels * outputs, compute, used);
         };
@@ -91,9 +92,10 @@ TEMPLATE_TEST_CASE("the compiled AVX-VNNI convolution of bytes matches scalar co
         const std::vector<const std::uint8_t*> starts(rows, input.data());
         const auto computed = [&](ldi::isa set, bool& used) {
             const ldi::isa existing = set == ldi::isa::avx_vnni ? ldi::isa::avx2 : set;
-            ldi::conv_u8_weights packed =
-                ldi::pack_conv_u8(existing, weights, zero_points, scales, bias, rows, ldi::leaky_relu(0.2F), 9);
-            packed.target = set;  // AVX-VNNI has the layout of AVX2
+            ldi::conv_u8_data data =
+                *ldi::pack_conv_u8(existing, weights, zero_points, scales, bias, rows, ldi::leaky_relu(0.2F), 9);
+            data.target = set;  // AVX-VNNI has the layout of AVX2
+            const ldi::conv_u8_weights packed = ldi::detail::prepared_from(data);
             const auto compute = [&](TestType* to) {
                 ldi::conv_u8(packed, starts.data(), stride, pixels, round % 2 == 0 ? nullptr : ratios.data(), to);
             };

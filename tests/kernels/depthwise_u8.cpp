@@ -26,7 +26,7 @@ struct depthwise_case {
         const std::uint8_t* rows[3];
         for (int i = 0; i < 3; ++i)
             rows[i] = i == missing_row ? nullptr : image.data() + static_cast<std::size_t>(i) * width * channels;
-        ldi::buffer<std::uint8_t> result(ldi::depthwise_result_width(packed, width, repeat) * channels + 1, untouched_result);
+        ldi::buffer<std::uint8_t> result(packed->result_width(width, repeat) * channels + 1, untouched_result);
         ldi::depthwise_u8(packed, rows, width, repeat, result.data());
         return result;
     }
@@ -86,7 +86,7 @@ TEST_CASE("depthwise_u8 returns the same bits on every instruction set, for thou
         const ldi::buffer<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
         for (ldi::isa set : sets) {
             const ldi::depthwise_u8_weights packed = c.pack(set);
-            packed_as_asked += packed.target == ldi::find_kernel(ldi::depthwise_u8_kernels, set).set;
+            packed_as_asked += packed->target == ldi::find_kernel(ldi::depthwise_u8_kernels, set).set;
             broken += c.compute(packed) != expected;
         }
     }
@@ -114,7 +114,7 @@ TEST_CASE("depthwise_u8 of rows without pixels has no pixels and writes nothing"
     for (ldi::isa set : ldi::testing::available_isas())
         for (std::size_t stride : {1U, 2U}) {
             const depthwise_case c = any_depthwise_case(random, 20, 0, 2, stride, -1);
-            CHECK(ldi::depthwise_result_width(c.pack(set), 0, 2) == 0);
+            CHECK(c.pack(set)->result_width(0, 2) == 0);
             CHECK(c.compute(c.pack(set)) == ldi::buffer<std::uint8_t>{untouched_result});
         }
 }

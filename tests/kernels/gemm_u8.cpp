@@ -10,7 +10,7 @@
 namespace {
 
 constexpr std::uint8_t untouched_byte = 77;
-constexpr int max_segments = ldi::gemm_u8_weights::max_segments;
+constexpr int max_segments = ldi::gemm_u8_data::max_segments;
 
 struct product {
     std::size_t segments, inputs, outputs, pixels, stride;
@@ -90,7 +90,7 @@ TEST_CASE("gemm_u8 returns the same bits on every instruction set, for thousands
         const ldi::buffer<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
         for (ldi::isa set : sets) {
             const ldi::gemm_u8_weights packed = p.pack(set);
-            packed_as_asked += packed.target == expected_target(p, set);
+            packed_as_asked += packed->target == expected_target(p, set);
             broken += p.compute(packed) != expected;
         }
     }
@@ -133,13 +133,13 @@ TEST_CASE("weights and scales that an instruction set cannot represent exactly a
         for (int zero : {0, 100, 126, 129, 255}) {
             wide.weight_zero = zero;
             const ldi::gemm_u8_weights packed = wide.pack(set);
-            CHECK(packed.target == (is_neon ? ldi::isa::scalar : is_signed ? ldi::isa::avx2 : set));
+            CHECK(packed->target == (is_neon ? ldi::isa::scalar : is_signed ? ldi::isa::avx2 : set));
             CHECK(wide.compute(packed) == wide.definition());
         }
         product fine = any_product(random, 1, 400, 20, 10);
         fine.output = ldi::make_requantization(0x1.fffffep-20F, 100);  // has no exact float form
         const bool can_round_integers = is_neon || set == ldi::isa::wasm_simd128;
-        CHECK(fine.pack(set).target == (can_round_integers ? set : ldi::isa::scalar));
+        CHECK(fine.pack(set)->target == (can_round_integers ? set : ldi::isa::scalar));
         CHECK(fine.compute(fine.pack(set)) == fine.definition());
     }
 }
@@ -173,7 +173,7 @@ TEST_CASE("gemm_u8 requantizes exactly with the constants of layers that have no
         p.weight_zero = 128;
         p.output = r;
         for (ldi::isa set : ldi::testing::available_isas()) {
-            if (set == ldi::isa::wasm_simd128) CHECK(p.pack(set).target == set);
+            if (set == ldi::isa::wasm_simd128) CHECK(p.pack(set)->target == set);
             CHECK(p.compute(p.pack(set)) == p.definition());
         }
     }

@@ -42,7 +42,7 @@ ldi::conv_u8_weights packed_convolution(const std::vector<std::int8_t>& weights)
 
 TEST_CASE("gemm_u8 packs weights up to its documented limit, and asserts that 32-bit sums do not overflow") {
     constexpr std::int32_t rest = 2147483647 - 510 * 255 * 16000;
-    CHECK(packed_product(16000, rest).bias[0] == rest + 255 * 255 * 16000);
+    CHECK(packed_product(16000, rest)->bias[0] == rest + 255 * 255 * 16000);
     CHECK_THROWS_AS(packed_product(16000, rest + 1), failed_assertion);
     CHECK_THROWS_AS(packed_product(16000, -rest - 1), failed_assertion);
     CHECK_THROWS_AS(packed_product(1 << 24, 0), failed_assertion);
@@ -50,7 +50,7 @@ TEST_CASE("gemm_u8 packs weights up to its documented limit, and asserts that 32
 }
 
 TEST_CASE("depthwise_u8 packs biases below 2^30, and asserts this limit") {
-    CHECK(packed_depthwise((1 << 30) - 1).bias[0] == (1 << 30) - 1 + 9 * 255 * 255);
+    CHECK(packed_depthwise((1 << 30) - 1)->bias[0] == (1 << 30) - 1 + 9 * 255 * 255);
     CHECK_THROWS_AS(packed_depthwise(1 << 30), failed_assertion);
     CHECK_THROWS_AS(packed_depthwise(-(1 << 30)), failed_assertion);
     CHECK_THROWS_AS(packed_depthwise(-2147483647 - 1), failed_assertion);
@@ -61,7 +61,7 @@ TEST_CASE("gemm_u8 packs 1 to 7 segments, and asserts this limit") {
     const auto packed = [&](std::size_t segments) {
         return ldi::pack_gemm_u8(ldi::isa::scalar, weights, 0, ldi::buffer<std::int32_t>{0}, segments, 0, output);
     };
-    CHECK(packed(7).inputs == 8);
+    CHECK(packed(7)->inputs == 8);
     CHECK_THROWS_AS(packed(8), failed_assertion);
     CHECK_THROWS_AS(packed(0), failed_assertion);
 }
@@ -76,7 +76,7 @@ TEST_CASE("depthwise_u8 repeats pixels 1 to 4 times, and asserts this limit") {
 }
 
 TEST_CASE("conv_u8 packs weights from -63 to 63, and asserts this limit") {
-    CHECK(packed_convolution({-63, 63}).inputs == 2);
+    CHECK(packed_convolution({-63, 63})->inputs == 2);
     CHECK_THROWS_AS(packed_convolution({-64, 0}), failed_assertion);
     CHECK_THROWS_AS(packed_convolution({0, 64}), failed_assertion);
 }

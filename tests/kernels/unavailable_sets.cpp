@@ -20,7 +20,7 @@ int pack_for_all(const Table& table, const Pack& pack) {
     for (const auto& kernel : table) {
         INFO("instruction set " << std::string(to_string(kernel.set)));
         if (ldi::is_available(kernel.set)) {
-            CHECK(pack(kernel.set).target == kernel.set);
+            CHECK(pack(kernel.set)->target == kernel.set);
         } else {
             ++unavailable;
             CHECK_THROWS_AS(pack(kernel.set), ldi::error);

@@ -38,7 +38,7 @@ static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 /// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    find_kernel(add_u8_kernels, sum.target).run(sum, a, b, count, result);
+    find_kernel(add_u8_kernels, sum->target).run(*sum, a, b, count, result);
 }
 
 namespace detail {
@@ -50,16 +50,16 @@ inline constexpr std::array<std::uint8_t, 256> all_bytes = [] {
 }();
 
 /// Whether the float form with these constants equals the integer form for `a` and every b.
-inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
+inline bool is_exact(const add_u8_data& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], found[256];
     std::memset(as, a, sizeof as);
-    add_u8(sum, as, all_bytes.data(), 256, found);
+    find_kernel(add_u8_kernels, sum.target).run(sum, as, all_bytes.data(), 256, found);
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
 /// Whether the float form equals the integer form for all pairs of values. `suspect` is the value of `a` for which the last
 /// candidate failed; testing it first rejects most candidates early.
-inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
+inline bool is_exact(const add_u8_data& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
         if (!is_exact(sum, a, expected)) {
@@ -79,8 +79,8 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     check_available("prepare_add_u8", kernel.set);
-    add_u8_constants sum{kernel.set, exact};
-    if (!kernel.has_float_form) return sum;
+    add_u8_data sum{kernel.set, exact};
+    if (!kernel.has_float_form) return detail::prepared_from(sum);
     sum.is_float = true;
     buffer<std::uint8_t> expected;
     expected.reserve(65536);
@@ -99,10 +99,10 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
                 sum.offset = static_cast<float>(offset + offset_step * 0x1p-18);
                 sum.a_scale = a_scale * (1 + detail::nearest_float(a_step) * 0x1p-23F);
                 sum.b_scale = b_scale * (1 + detail::nearest_float(b_step) * 0x1p-23F);
-                if (detail::is_exact(sum, expected, suspect)) return sum;
+                if (detail::is_exact(sum, expected, suspect)) return detail::prepared_from(sum);
             }
     sum.is_float = false;
-    return sum;
+    return detail::prepared_from(sum);
 }
 
 }}  // namespace ldi

@@ -16,6 +16,7 @@
 
 #include <cstddef>
 #include <span>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -48,7 +49,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
     check_available("pack_conv_f32", kernel.set);
-    conv_f32_weights packed;
+    conv_f32_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
@@ -58,18 +59,18 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
                           [weights](std::size_t i) { return weights[i]; });
     packed.bias.assign(bias.begin(), bias.end());
     packed.bias.resize(detail::groups_of(packed.outputs, kernel.layout.lanes) * kernel.layout.lanes, 0.0F);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes result = activation((sum of weight * input) * ratio + bias).
 ///
-/// rows          addresses of the first pixel's pieces, each of weights.inputs values
+/// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    find_kernel(conv_f32_kernels, weights.target).run(weights, rows, pixel_stride, pixels, ratios, result);
+    find_kernel(conv_f32_kernels, weights->target).run(*weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }}  // namespace ldi

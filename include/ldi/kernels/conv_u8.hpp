@@ -5,7 +5,7 @@
 // instruction set computes the same fused multiply-adds.
 #pragma once
 
-#include <ldi/kernels/conv_f32/weights.hpp>
+#include <ldi/kernels/conv_f32/contract.hpp>
 #include <ldi/kernels/conv_u8/avx2.hpp>
 #include <ldi/kernels/conv_u8/avx512vnni.hpp>
 #include <ldi/kernels/conv_u8/avx_vnni.hpp>
@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -62,7 +63,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
     check_available("pack_conv_u8", kernel.set);
-    conv_u8_weights packed;
+    conv_u8_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = zero_points.size();
@@ -79,24 +80,24 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     for (std::size_t piece = 0; piece < packed.outputs * rows; ++piece)
         for (const std::uint8_t zero_point : zero_points)
             packed.offsets[piece / rows] -= *weight++ * (zero_point - kernel.subtrahend);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes result = activation((sum of weight * (input - zero point)) * (scale * ratio) + bias). If results are bytes, also adds
 /// their zero point, rounds half to even, and clamps.
 ///
-/// rows          addresses of the first pixel's pieces, each of weights.inputs values
+/// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights.target);
+    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights->target);
     if constexpr (std::is_same_v<Result, std::uint8_t>)
-        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
+        kernel.run(*weights, rows, pixel_stride, pixels, ratios, result);
     else
-        kernel.run_to_float(weights, rows, pixel_stride, pixels, ratios, result);
+        kernel.run_to_float(*weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }}  // namespace ldi

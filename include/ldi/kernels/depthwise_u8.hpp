@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <span>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -45,11 +46,11 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
-    LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
+    LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_data::taps && (stride == 1 || stride == 2));
     LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
     const isa wanted = find_kernel(depthwise_u8_kernels, target).set;
     check_available("pack_depthwise_u8", wanted);
-    depthwise_u8_weights packed;
+    depthwise_u8_data packed;
     packed.channels = bias.size();
     packed.stride = stride;
     packed.padding = input_zero_point;
@@ -57,7 +58,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     find_kernel(depthwise_u8_kernels, packed.target).pack(packed, source);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes one row of the result.
@@ -65,12 +66,12 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 /// rows    the window's three input rows from top to bottom, width x channels each; nullptr for a row outside the image. The
 ///         function applies stride and repeat only horizontally; the caller applies them vertically by selecting the rows
 /// repeat  1 to 4: repetitions of each pixel
-/// result  depthwise_result_width() x channels; must not overlap the rows
+/// result  weights->result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     LDI_ASSERT(repeat >= 1 && repeat <= 4);
     if (width == 0) return;
-    find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
+    find_kernel(depthwise_u8_kernels, weights->target).run(*weights, rows, width, repeat, result);
 }
 
 }}  // namespace ldi

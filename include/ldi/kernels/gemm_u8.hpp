@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -50,11 +51,11 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                     std::span<const std::int32_t> bias, std::size_t segments, std::uint8_t input_zero_point,
                                     const requantization& output) {
-    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::max_segments);
+    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_data::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
     check_available("pack_gemm_u8", kernel.set);
-    gemm_u8_weights packed;
+    gemm_u8_data packed;
     packed.segments = segments;
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
@@ -65,18 +66,18 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
         packed.target = wanted, packed.fast = {};  // WebAssembly's kernel can also requantize in integers
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
-    return packed;
+    return detail::prepared_from(std::move(packed));
 }
 
 /// Computes the requantized matrix product.
 ///
-/// segments      addresses of the first pixel's pieces, each of weights.inputs values; 3 more bytes after each piece must be
+/// segments      addresses of the first pixel's pieces, each of weights->inputs values; 3 more bytes after each piece must be
 ///               readable
 /// pixel_stride  distance between the pieces of adjacent pixels, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    find_kernel(gemm_u8_kernels, weights.target).run(weights, segments, pixel_stride, pixels, result);
+    find_kernel(gemm_u8_kernels, weights->target).run(*weights, segments, pixel_stride, pixels, result);
 }
 
 }}  // namespace ldi

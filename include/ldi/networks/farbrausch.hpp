@@ -153,7 +153,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     const bool has_masks = architecture_.missing == missing_colors::masked;
     const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
         features result;
-        result.map = {plan.output_count(), weights.outputs, weights.result_zero_point};
+        result.map = {plan.output_count(), weights->outputs, weights->result_zero_point};
         if (has_masks) result.mask.resize(plan.output_count());
         convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
         return result;

@@ -110,7 +110,7 @@ private:
     }
     template <executor Executor>
     map run(layer l, const convolution_plan& plan, std::initializer_list<view> sources, Executor& threads) const {
-        map result(plan.output_count(), layers_[l].outputs, layers_[l].result_zero_point);
+        map result(plan.output_count(), layers_[l]->outputs, layers_[l]->result_zero_point);
         run(l, plan, sources, result.values, threads);
         return result;
     }

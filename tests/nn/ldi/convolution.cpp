@@ -102,7 +102,7 @@ outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const
     serial_executor threads;
     std::vector<feature_view> sources;
     for (const input_tensor& t : tensors) sources.push_back(t.source());
-    outcome result{floats(plan.output_count() * weights.outputs, untouched), buffer<std::uint8_t>(plan.output_count(), 99)};
+    outcome result{floats(plan.output_count() * weights->outputs, untouched), buffer<std::uint8_t>(plan.output_count(), 99)};
     if (is_partial)
         convolve_partially(plan, weights, sources, result.values, result.mask, threads);
     else
@@ -357,9 +357,9 @@ TEST_CASE("byte convolutions accept weights of any magnitude, and refuse scales 
         CAPTURE(largest);
         const conv_u8_weights packed = pack(largest, -0.3F * largest, 1.0F, 1.0F);
         const float expected = largest < 64 * std::numeric_limits<float>::min() ? 0.0F : largest;
-        const auto scaled = [&](std::int8_t w) { return static_cast<float>(w) * packed.scales[0]; };
+        const auto scaled = [&](std::int8_t w) { return static_cast<float>(w) * packed->scales[0]; };
         float most = 0;
-        for (const std::int8_t w : packed.values) {
+        for (const std::int8_t w : packed->values) {
             REQUIRE(std::abs(int{w}) <= max_conv_u8_weight);
             most = std::max(most, scaled(w));
         }

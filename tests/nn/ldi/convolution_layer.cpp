@@ -14,8 +14,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <new>
 #include <span>
+#include <utility>
 #include <vector>
 
 using namespace ldi;
@@ -215,6 +217,21 @@ TEST_CASE("a layer refuses unsupported kernel sizes, wrong numbers of weights, a
     CHECK(error_of([&] { layer(ldi::plan_convolution(g, 3), fewer); }) == ldi::error_code::mismatch);
     CHECK(error_of([&] { layer(ldi::plan_convolution(g, 3), {three, two}); }) == ldi::error_code::mismatch);
     CHECK(error_of([&] { layer(ldi::convolution_plan(), three); }) == ldi::error_code::mismatch);
+}
+
+TEST_CASE("a moved-from layer refuses to run, and runs again after it was assigned") {
+    std::mt19937 random(61);
+    for (const std::int32_t size : {1, 3}) {
+        convolution_layer first = random_layer(random, 3, 5, {.kernel_size = size});
+        const graph g = make_grid(8, 8);
+        const convolution_plan plan = plan_convolution(g, size);
+        const feature_map x = random_features(random, 64, 3), expected = first(plan, x);
+        convolution_layer second = std::move(first);
+        CHECK(ldi::testing::raised([&] { first(plan, x); }) == error_code::mismatch);
+        CHECK(ldi::testing::raised([&] { first(plan, std::initializer_list<feature_view>{}); }) == error_code::mismatch);
+        first = std::move(second);
+        CHECK(first(plan, x).values == expected.values);
+    }
 }
 
 TEST_CASE("a layer sets the outputs that a restricted plan omits to zero") {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/prepared.hpp>
 #include <ldi/kernels/requantize.hpp>
 
 #include <cstddef>
@@ -9,8 +10,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Constants of an addition. Valid only if prepare_add_u8() made them.
-struct add_u8_constants {
+/// Constants of an addition.
+struct add_u8_data {
+    using value_type = std::uint8_t;
+
     isa target = isa::scalar;
     quantized_addition exact;
     bool is_float = false;  ///< whether the kernel computes the float form, which then equals `exact` on all pairs of values
@@ -19,13 +22,15 @@ struct add_u8_constants {
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
+/// Made by prepare_add_u8().
+using add_u8_constants = prepared<add_u8_data>;
+
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
     bool has_float_form;  ///< whether the kernel has the float form, which is faster than the integer form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
-    void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                std::uint8_t* result);
+    void (*run)(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count, std::uint8_t* result);
 };
 
 }}  // namespace ldi

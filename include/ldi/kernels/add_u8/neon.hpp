@@ -19,7 +19,7 @@ struct adder {
     int32x4_t bias, a_multiplier, b_multiplier;
     rounding_shifter round;
 
-    explicit adder(const add_u8_constants& sum)
+    explicit adder(const add_u8_data& sum)
         : bias(vdupq_n_s32(sum.exact.bias)),
           a_multiplier(vdupq_n_s32(sum.exact.a_multiplier)),
           b_multiplier(vdupq_n_s32(sum.exact.b_multiplier)),
@@ -42,7 +42,7 @@ struct adder {
 
 #include <ldi/kernels/add_u8/generic/walk.hpp>
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     add_with<adder>(sum, a, b, count, result);
 }

@@ -8,7 +8,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
 }

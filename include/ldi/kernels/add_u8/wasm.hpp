@@ -16,7 +16,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 struct float_sums {
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
-    explicit float_sums(const add_u8_constants& sum)
+    explicit float_sums(const add_u8_data& sum)
         : a_scale(wasm_f32x4_splat(sum.a_scale)),
           b_scale(wasm_f32x4_splat(sum.b_scale)),
           offset(wasm_f32x4_splat(sum.offset)),
@@ -45,7 +45,7 @@ struct integer_sums {
     v128_t bias, a_multiplier, b_multiplier, zero_point;
     std::uint32_t shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_sums(const add_u8_constants& sum)
+    explicit integer_sums(const add_u8_data& sum)
         : bias(wasm_i32x4_splat(sum.exact.bias)),
           a_multiplier(wasm_i32x4_splat(sum.exact.a_multiplier)),
           b_multiplier(wasm_i32x4_splat(sum.exact.b_multiplier)),

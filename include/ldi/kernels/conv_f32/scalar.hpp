@@ -9,7 +9,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+inline void conv_f32(const conv_f32_data& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     const float slope = weights.negative_slope, lowest = detail::lowest_before(slope);
     const auto store = [=, outputs = weights.outputs, bias = weights.bias.data()](std::size_t p, std::size_t o, float sum) {

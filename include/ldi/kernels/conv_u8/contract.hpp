@@ -5,6 +5,7 @@
 #include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/prepared.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -23,14 +24,14 @@ template <class Result>
 struct conv_u8_panel_output;
 }
 
-/// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
-struct conv_u8_weights {
+/// The weights of one layer in the order in which conv_u8() reads them.
+struct conv_u8_data {
     using value_type = std::uint8_t;  ///< type of the inputs
     template <class Result>
     using panel_output = detail::conv_u8_panel_output<Result>;
 
     isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
+    std::size_t rows = 0, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
@@ -38,15 +39,18 @@ struct conv_u8_weights {
     buffer<float> scales, bias;
 };
 
+/// Made by pack_conv_u8().
+using conv_u8_weights = prepared<conv_u8_data>;
+
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
     detail::panel_layout layout;
     std::int32_t subtrahend;  ///< the kernel subtracts it from all inputs
     /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
-    void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
-    void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
+    void (*run_to_float)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
                          std::size_t pixels, const float* ratios, float* result);
 };
 
@@ -59,7 +63,7 @@ struct conv_u8_panel_output : conv_panel_output<Result> {
     const float* scales;
     float zero_point;
 
-    conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
+    conv_u8_panel_output(const conv_u8_data& weights, const float* of_pixels, Result* result)
         : conv_panel_output<Result>(weights, of_pixels, result),
           offsets(weights.offsets.data()),
           scales(weights.scales.data()),

@@ -91,7 +91,7 @@ private:
     }
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     const std::int8_t* values = weights.narrow.data();

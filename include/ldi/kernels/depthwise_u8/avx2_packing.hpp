@@ -28,7 +28,7 @@ struct depthwise_rest {
 
 /// Packs weights unit by unit. Appends the number of terms of each unit to `order`. Appends to `narrow`, for each term and each
 /// column of the window, 4 vectors of 8 channels x 4 bytes; detail::depthwise_order defines the order of the channels.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
         const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);

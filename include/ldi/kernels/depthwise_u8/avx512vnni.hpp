@@ -22,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     detail::pack_columns<depthwise_max_channels>(packed, source, detail::is_negated(packed.fast) ? -1 : 1);
 }
 
@@ -102,7 +102,7 @@ private:
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     depthwise_u8_units<depthwise_sums>(detail::depthwise_call(weights, rows, width, repeat, result));
 }

@@ -4,6 +4,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/kernels/detail/choose_target.hpp>
 #include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/prepared.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 
 #include <cstddef>
@@ -12,8 +13,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order in which depthwise_u8() reads them. Valid only if pack_depthwise_u8() made them.
-struct depthwise_u8_weights {
+/// The weights of one layer in the order in which depthwise_u8() reads them.
+struct depthwise_u8_data {
+    using value_type = std::uint8_t;
     static constexpr std::size_t taps = 9;
 
     isa target = isa::scalar;
@@ -21,18 +23,19 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;  ///< weights minus their zero point, for scalar and WebAssembly
-    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_weights::narrow.
+    /// Weights minus their zero point, for AVX2, VNNI and NEON; negated in the same cases as gemm_u8_data::narrow.
     buffer<std::int8_t> narrow;
     buffer<std::uint32_t> order;  ///< for AVX2: number of terms of each unit of channels (avx2_packing.hpp)
     buffer<std::int32_t> bias;    ///< zero points folded in; in the order of the kernel's sums
-    requantization output;        ///< as in gemm_u8_weights
-    float_requantization fast;    ///< as in gemm_u8_weights
+    requantization output;        ///< as in gemm_u8_data
+    float_requantization fast;    ///< as in gemm_u8_data
+
+    /// Number of pixels per row of the result, for `width` stored pixels that are each repeated `repeat` times.
+    std::size_t result_width(std::size_t width, std::size_t repeat) const { return (width * repeat + stride - 1) / stride; }
 };
 
-/// Number of pixels per row of the result, for `width` stored pixels that are each repeated `repeat` times.
-inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
-    return (width * repeat + weights.stride - 1) / weights.stride;
-}
+/// Made by pack_depthwise_u8().
+using depthwise_u8_weights = prepared<depthwise_u8_data>;
 
 namespace detail {
 
@@ -45,13 +48,13 @@ struct depthwise_source {
 
     /// Returns 0 for channels and taps beyond the last.
     int weight(std::size_t channel, std::size_t tap) const {
-        if (channel >= bias.size() || tap >= depthwise_u8_weights::taps) return 0;
-        return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
+        if (channel >= bias.size() || tap >= depthwise_u8_data::taps) return 0;
+        return weights[channel * depthwise_u8_data::taps + tap] - int{weight_zero_point};
     }
     std::int32_t folded_bias(std::size_t channel) const {
         if (channel >= bias.size()) return 0;
         std::int32_t sum = 0;
-        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
+        for (std::size_t t = 0; t < depthwise_u8_data::taps; ++t) sum += weight(channel, t);
         return bias[channel] - sum * input_zero_point;
     }
 };
@@ -62,9 +65,9 @@ struct depthwise_source {
 struct depthwise_u8_kernel {
     isa set;
     /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
-    void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
+    void (*pack)(depthwise_u8_data& packed, const detail::depthwise_source& source);
     /// Same parameters as depthwise_u8() of kernels/depthwise_u8.hpp.
-    void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
+    void (*run)(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
                 std::uint8_t* result);
 };
 

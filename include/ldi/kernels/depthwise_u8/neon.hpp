@@ -21,7 +21,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t depthwise_max_channels = 16, lane_count = 4;
 
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
     const int sign = detail::range_of(source.weights, source.weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     detail::depthwise_source from = source;
@@ -85,7 +85,7 @@ struct depthwise_sums {
                  add(sum.v[2], column.v[2], weights[4 * k + 2]), add(sum.v[3], column.v[3], weights[4 * k + 3])}};
     }
 
-    static Requantizer requantizer_of(const depthwise_u8_weights& packed) { return Requantizer(packed.output); }
+    static Requantizer requantizer_of(const depthwise_u8_data& packed) { return Requantizer(packed.output); }
     [[gnu::always_inline]] static uint8x16_t requantized(const Requantizer& requantize, const four_vectors& sums) {
         return requantize(sums.v[0], sums.v[1], sums.v[2], sums.v[3]);
     }
@@ -100,7 +100,7 @@ private:
     }
 };
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const detail::depthwise_call call(weights, rows, width, repeat, result);
     if (weights.output.zero_point == 0)

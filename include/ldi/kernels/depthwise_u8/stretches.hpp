@@ -45,7 +45,7 @@ struct depthwise_order {
 ///
 /// sign  -1 to negate the weights, else 1
 template <std::size_t max_channels>
-void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, int sign) {
+void pack_columns(depthwise_u8_data& packed, const depthwise_source& source, int sign) {
     for (std::size_t done = 0; done < packed.channels;) {
         const depthwise_unit unit(packed.channels, done, max_channels);
         const depthwise_order<max_channels> order(unit);
@@ -59,18 +59,18 @@ void pack_columns(depthwise_u8_weights& packed, const depthwise_source& source, 
 }
 
 struct depthwise_call {
-    const depthwise_u8_weights& weights;
+    const depthwise_u8_data& weights;
     const std::uint8_t* const* rows;
     std::size_t width, repeat;
     std::uint8_t* result;
     alignas(64) std::uint8_t padding[64];
 
-    depthwise_call(const depthwise_u8_weights& packed, const std::uint8_t* const* from, std::size_t pixels,
-                   std::size_t repetitions, std::uint8_t* to)
+    depthwise_call(const depthwise_u8_data& packed, const std::uint8_t* const* from, std::size_t pixels, std::size_t repetitions,
+                   std::uint8_t* to)
         : weights(packed), rows(from), width(pixels), repeat(repetitions), result(to) {
         std::memset(padding, packed.padding, sizeof padding);
     }
-    std::size_t result_width() const { return depthwise_result_width(weights, width, repeat); }
+    std::size_t result_width() const { return weights.result_width(width, repeat); }
 };
 
 /// Addresses of one pixel per stretch in each of the three rows.

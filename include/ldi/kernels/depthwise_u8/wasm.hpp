@@ -25,7 +25,7 @@ inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit va
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+inline std::size_t depthwise_blocks(const depthwise_u8_data& weights) {
     return (weights.channels + depthwise_block - 1) / depthwise_block;
 }
 
@@ -37,8 +37,8 @@ inline std::size_t block_start(std::size_t channels, std::size_t block) {
 
 /// Packs weights block by block, in groups of 4 channels: rows 0 and 1 of each column of the window, then row 2 of columns 0 and
 /// 1, then row 2 of column 2.
-inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    constexpr std::size_t none = depthwise_u8_weights::taps;
+inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise_source& source) {
+    constexpr std::size_t none = depthwise_u8_data::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
     for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
         const std::size_t start = block_start(packed.channels, b), end = start + depthwise_block;
@@ -122,7 +122,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
 struct depthwise_vector {
     v128_t bias, dots[depthwise_dots];
 
-    depthwise_vector(const depthwise_u8_weights& weights, std::size_t vector)
+    depthwise_vector(const depthwise_u8_data& weights, std::size_t vector)
         : bias(wasm_v128_load(weights.bias.data() + vector * 4)),
           dots{load(weights, vector, 0), load(weights, vector, 1), load(weights, vector, 2), load(weights, vector, 3),
                load(weights, vector, 4)} {}
@@ -135,7 +135,7 @@ struct depthwise_vector {
     }
 
 private:
-    static v128_t load(const depthwise_u8_weights& weights, std::size_t vector, std::size_t dot) {
+    static v128_t load(const depthwise_u8_data& weights, std::size_t vector, std::size_t dot) {
         return wasm_v128_load(weights.wide.data() + (vector * depthwise_dots + dot) * 8);
     }
     template <std::size_t i>
@@ -145,7 +145,7 @@ private:
 };
 
 template <bool positive>
-inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slot_values,
+inline void depthwise_u8_vector(const depthwise_u8_data& weights, std::size_t vector, const std::int16_t* slot_values,
                                 std::size_t count, std::uint8_t* result) {
     const requantizer<positive> requantize(weights.fast);
     const depthwise_vector w(weights, vector);
@@ -165,9 +165,9 @@ inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t
     }
 }
 
-inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t result_width,
+inline void depthwise_u8_row(const depthwise_u8_data& weights, const depthwise_rows& rows, std::size_t result_width,
                              std::uint8_t* result) {
-    static constexpr void (*functions[])(const depthwise_u8_weights&, std::size_t, const std::int16_t*, std::size_t,
+    static constexpr void (*functions[])(const depthwise_u8_data&, std::size_t, const std::int16_t*, std::size_t,
                                          std::uint8_t*) = {depthwise_u8_vector<false>, depthwise_u8_vector<true>};
     static constexpr void (*fill_functions[])(const depthwise_rows&, std::size_t, std::size_t, std::size_t, std::int16_t*) = {
         fill_slots<false>, fill_slots<true>};
@@ -190,10 +190,10 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     }
 }
 
-inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+inline void depthwise_u8(const depthwise_u8_data& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const depthwise_rows from{{rows[0], rows[1], rows[2]}, weights.channels, width, repeat, weights.padding};
-    depthwise_u8_row(weights, from, depthwise_result_width(weights, width, repeat), result);
+    depthwise_u8_row(weights, from, weights.result_width(width, repeat), result);
 }
 
 }}}  // namespace ldi::wasm_simd128

@@ -100,8 +100,8 @@ template <std::size_t vectors, class Requantizer>
 }
 
 template <std::size_t vectors, class Requantizer>
-[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
-                                               std::size_t held) {
+[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::size_t held,
+                                               std::uint8_t* result) {
     const __m256i a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
     store_first(result, gather_lanes(requantize.pack_lanes(a, b, a, b)), held);
 }
@@ -121,7 +121,7 @@ struct gemm_results {
         if constexpr (count % 4 == 0)
             if (panel.held == sizeof...(v) * gemm_lanes)
                 return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
 
@@ -145,46 +145,25 @@ using gemm_half_kernel = gemm_kernel;
 #include <ldi/kernels/gemm_u8/generic/rectifier_x86.hpp>
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-/// Computes the sum of one pixel and one output.
-[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                             std::size_t offset) {
-    __m256i sums = _mm256_setzero_si256();
-    const std::int16_t* w = weights.wide.data();
-    for (std::size_t s = 0; s < weights.segments; ++s) {
-        const std::uint8_t* const x = segments[s] + offset;
-        std::size_t i = 0;
-        for (; i + 16 <= weights.inputs; i += 16, w += 16) {
-            const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(x + i)));
-            sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
-        }
-        if (i == weights.inputs) continue;
-        alignas(16) std::uint8_t rest[16] = {};
-        std::memcpy(rest, x + i, weights.inputs - i);
-        const __m256i inputs = _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(rest)));
-        sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
-        w += 16;
-    }
-    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
+inline constexpr std::size_t single_output_inputs = 16, single_output_pixels = 1;
+
+[[gnu::always_inline]] inline __m256i add_inputs(__m256i sums, const std::uint8_t* from, const std::int16_t* weights) {
+    const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+    return _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, load(weights)));
+}
+[[gnu::always_inline]] inline void store_totals(const __m256i* sums, std::int32_t start, std::int32_t* to) {
+    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(*sums), _mm256_extracti128_si256(*sums, 1));
     const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
-    return _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+    *to = start + _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
 }
 
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer requantize(weights.fast);
-    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
-        alignas(32) std::int32_t sums[gemm_lanes] = {};
-        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
-        for (std::size_t p = 0; p < count; ++p)
-            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
-        const __m256i values = requantize(_mm256_load_si256(reinterpret_cast<const __m256i*>(sums)));
-        store_first(result + first, gather_lanes(requantize.pack_lanes(values, values, values, values)), count);
-    }
-}
+#include <ldi/kernels/gemm_u8/generic/single_output.hpp>
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output())
+        return gemm_u8_single_output(weights, weights.wide.data(), requantizer(weights.fast), segments, pixel_stride, pixels,
+                                     result);
     gemm_u8_panels<rectifier, requantizer>(
         weights.outputs, weights.fast,
         gemm_panel(weights, {weights.order.data(), weights.narrow.data()}, segments, pixel_stride, pixels, result));

@@ -107,7 +107,7 @@ private:
 
 /// Packs weights panel by panel, segment by segment. Appends to `order` the number of pairs of terms, the number of single
 /// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     if (packed.is_single_output())
         return detail::append_weights(packed.wide, packed, weights, weight_zero_point, sign, detail::single_output_layout(16));

@@ -23,7 +23,7 @@ inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pi
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign,
@@ -66,13 +66,13 @@ template <bool last_is_half, std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t vectors, class Requantizer>
-[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, __mmask64 mask,
+[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, std::size_t held,
                                                std::uint8_t* result) {
     const __m512i a = requantize(sums[0]);
     const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
     const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
     const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : c;
-    _mm512_mask_storeu_epi8(result, mask, gather_lanes(requantize.pack_lanes(a, b, c, d)));
+    _mm512_mask_storeu_epi8(result, first_bytes(held), gather_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
 template <class Requantizer>
@@ -109,8 +109,7 @@ struct gemm_kernel_of {
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, first_bytes(panel.held), result + p * panel.outputs),
-         ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
 };
 
@@ -120,49 +119,32 @@ using gemm_half_kernel = gemm_kernel_of<true>;
 #include <ldi/kernels/gemm_u8/generic/rectifier_x86.hpp>
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-/// Computes 16 partial sums of one pixel and one output.
-[[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                         std::size_t offset) {
-    __m512i sums = _mm512_setzero_si512();
-    const std::int8_t* w = weights.narrow.data();
-    for (std::size_t s = 0; s < weights.segments; ++s)
-        for (std::size_t i = 0; i < weights.inputs; i += 64, w += 64) {
-            const __m512i x = _mm512_maskz_loadu_epi8(first_bytes(weights.inputs - i), segments[s] + offset + i);
-            sums = _mm512_dpbusd_epi32(sums, x, _mm512_load_si512(w));
-        }
-    return sums;
-}
+inline constexpr std::size_t single_output_inputs = 64, single_output_pixels = 4;
 
+[[gnu::always_inline]] inline __m512i add_inputs(__m512i sums, const std::uint8_t* from, const std::int8_t* weights) {
+    return _mm512_dpbusd_epi32(sums, _mm512_loadu_si512(from), load(weights));
+}
+[[gnu::always_inline]] inline __m512i add_rest(__m512i sums, const std::uint8_t* from, std::size_t count,
+                                               const std::int8_t* weights) {
+    return _mm512_dpbusd_epi32(sums, _mm512_maskz_loadu_epi8(first_bytes(count), from), load(weights));
+}
 [[gnu::always_inline]] inline __m128i add_quarters(__m512i sums) {
     const __m256i half = _mm256_add_epi32(_mm512_castsi512_si256(sums), _mm512_extracti64x4_epi64(sums, 1));
     return _mm_add_epi32(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
 }
-
-inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                                  std::size_t pixels, std::uint8_t* result) {
-    const requantizer requantize(weights.fast);
-    const __m512i bias = _mm512_set1_epi32(weights.bias[0]);
-    for (std::size_t first = 0; first < pixels; first += 16) {
-        alignas(64) std::int32_t sums[16] = {};
-        for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
-            __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel at the end
-                const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
-                four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
-            }
-            const __m128i pairs[2] = {_mm_hadd_epi32(four[0], four[1]), _mm_hadd_epi32(four[2], four[3])};
-            _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
-        }
-        const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
-        const __m512i bytes = gather_lanes(requantize.pack_lanes(values, values, values, values));
-        const std::size_t rest = pixels - first;
-        _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
-    }
+[[gnu::always_inline]] inline void store_totals(const __m512i* sums, std::int32_t start, std::int32_t* to) {
+    const __m128i low = _mm_hadd_epi32(add_quarters(sums[0]), add_quarters(sums[1]));
+    const __m128i high = _mm_hadd_epi32(add_quarters(sums[2]), add_quarters(sums[3]));
+    _mm_store_si128(reinterpret_cast<__m128i*>(to), _mm_add_epi32(_mm_hadd_epi32(low, high), _mm_set1_epi32(start)));
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+#include <ldi/kernels/gemm_u8/generic/single_output.hpp>
+
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output())
+        return gemm_u8_single_output(weights, weights.narrow.data(), requantizer(weights.fast), segments, pixel_stride, pixels,
+                                     result);
     gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
                                            gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));
 }

@@ -5,6 +5,7 @@
 #include <ldi/kernels/detail/choose_target.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/prepared.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 
 #include <cstddef>
@@ -15,8 +16,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order in which gemm_u8() reads them. Valid only if pack_gemm_u8() made them.
-struct gemm_u8_weights {
+/// The weights of one layer in the order in which gemm_u8() reads them.
+struct gemm_u8_data {
+    using value_type = std::uint8_t;
     static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
@@ -43,6 +45,9 @@ struct gemm_u8_weights {
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
+/// Made by pack_gemm_u8().
+using gemm_u8_weights = prepared<gemm_u8_data>;
+
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
@@ -51,9 +56,9 @@ struct gemm_u8_kernel {
     std::size_t min_outputs;
     /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
     /// pack_gemm_u8() of kernels/gemm_u8.hpp.
-    void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
+    void (*pack)(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
     /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
-    void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+    void (*run)(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
                 std::uint8_t* result);
 };
 
@@ -76,7 +81,7 @@ struct gemm_panel_of {
     std::uint8_t* result;
     std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
-    gemm_panel_of(const gemm_u8_weights& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
+    gemm_panel_of(const gemm_u8_data& packed, Weights values, const Value* const* of_first_pixel, std::size_t stride,
                   std::size_t pixel_count, std::uint8_t* to)
         : segments(of_first_pixel),
           segment_count(packed.segments),
@@ -108,8 +113,8 @@ constexpr panel_layout single_output_layout(std::size_t lanes) { return {lanes, 
 ///
 /// sign  -1 to negate the weights, else 1
 template <class Stored>
-void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
-                    int weight_zero_point, int sign, const panel_layout& layout) {
+void append_weights(buffer<Stored>& to, const gemm_u8_data& packed, std::span<const std::uint8_t> weights, int weight_zero_point,
+                    int sign, const panel_layout& layout) {
     append_panels(to, {packed.outputs, packed.segments, packed.inputs}, layout,
                   [&](std::size_t i) { return sign * (weights[i] - weight_zero_point); });
 }
@@ -122,7 +127,7 @@ inline bool sums_fit(std::span<const std::uint8_t> weights, std::uint8_t weight_
 }
 
 /// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
-inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+inline void fold_zero_points(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
     constexpr std::size_t largest_vector = 16;
     packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);

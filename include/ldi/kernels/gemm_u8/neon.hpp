@@ -23,7 +23,7 @@ inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pix
 using detail::gemm_group;
 using gemm_panel = detail::gemm_panel_of<std::uint8_t, const std::int8_t*, gemm_group>;
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::range_of(weights, weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     const std::size_t inputs = packed.segments * packed.inputs;
@@ -84,7 +84,7 @@ using gemm_half_kernel = gemm_kernel;
 
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<relu_requantizer, requantizer>(
         weights.outputs, weights.output, gemm_panel(weights, weights.narrow.data(), segments, pixel_stride, pixels, result));

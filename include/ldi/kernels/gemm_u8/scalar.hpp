@@ -10,18 +10,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, panels);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     const auto store = [&weights, result](std::size_t p, std::size_t o, std::int32_t sum) {
         result[p * weights.outputs + o] = requantize(sum, weights.output);
     };
     compute_tiles(
         {weights.outputs, weights.segments, weights.inputs}, segments, pixel_stride, pixels, weights.wide.data(),
-        [&weights](std::size_t o) { return weights.bias[o]; }, store);
+        [bias = weights.bias.data()](std::size_t o) { return bias[o]; }, store);
 }
 
 }}}  // namespace ldi::scalar

@@ -23,7 +23,7 @@ inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pix
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
-inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
     detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1,
                            packed.is_single_output() ? detail::single_output_layout(8) : panels);
@@ -32,10 +32,10 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 /// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
-    const std::int16_t* starts[gemm_u8_weights::max_segments];  // start of each segment
+    const std::int16_t* starts[gemm_u8_data::max_segments];  // start of each segment
     std::size_t segment_count, segment_stride, pixel_stride, max_pixels;
 
-    widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
+    widened_pixels(const gemm_u8_data& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
           // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
@@ -45,7 +45,7 @@ struct widened_pixels {
         max_pixels = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
-    void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
+    void fill(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
               std::size_t count) {
         for (std::size_t s = 0; s < segment_count; ++s) {
             const std::uint8_t* const from = segments[s] + first * input_stride;
@@ -125,7 +125,7 @@ using gemm_half_kernel = gemm_kernel;
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 template <bool is_unfused>
-void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_widened(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                      std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
@@ -141,51 +141,33 @@ void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* 
     }
 }
 
-/// Computes the sum of one pixel and one output.
-[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                                             std::size_t offset) {
-    v128_t sums = wasm_i32x4_splat(0);
-    const std::int16_t* w = weights.wide.data();
-    for (std::size_t s = 0; s < weights.segments; ++s) {
-        const std::uint8_t* const x = segments[s] + offset;
-        std::size_t i = 0;
-        for (; i + 8 <= weights.inputs; i += 8, w += 8)
-            sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(x + i), wasm_v128_load(w)));
-        if (i == weights.inputs) continue;
-        std::uint8_t rest[8] = {};
-        std::memcpy(rest, x + i, weights.inputs - i);
-        sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(rest), wasm_v128_load(w)));
-        w += 8;
-    }
-    sums = wasm_i32x4_add(sums, wasm_i32x4_shuffle(sums, sums, 2, 3, 0, 1));
-    return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
+inline constexpr std::size_t single_output_inputs = 8, single_output_pixels = 1;
+
+[[gnu::always_inline]] inline v128_t add_inputs(v128_t sums, const std::uint8_t* from, const std::int16_t* weights) {
+    return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(from), wasm_v128_load(weights)));
 }
+[[gnu::always_inline]] inline void store_totals(const v128_t* sums, std::int32_t start, std::int32_t* to) {
+    const v128_t pairs = wasm_i32x4_add(*sums, wasm_i32x4_shuffle(*sums, *sums, 2, 3, 0, 1));
+    *to = start + wasm_i32x4_extract_lane(pairs, 0) + wasm_i32x4_extract_lane(pairs, 1);
+}
+
+#include <ldi/kernels/gemm_u8/generic/single_output.hpp>
 
 template <bool is_unfused>
-void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+void gemm_u8_single_output(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                            std::size_t pixels, std::uint8_t* result) {
-    const auto requantize = [&] {
-        if constexpr (is_unfused)
-            return requantizer<false>(weights.fast);
-        else
-            return integer_requantizer(weights.output);
-    }();
-    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
-        std::int32_t sums[gemm_lanes] = {};
-        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
-        for (std::size_t p = 0; p < count; ++p)
-            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
-        const v128_t values = requantize(wasm_v128_load(sums));
-        store_first(result + first, narrow(values, values, values, values), count);
-    }
+    const std::int16_t* const values = weights.wide.data();
+    if constexpr (is_unfused)
+        gemm_u8_single_output(weights, values, requantizer<false>(weights.fast), segments, pixel_stride, pixels, result);
+    else
+        gemm_u8_single_output(weights, values, integer_requantizer(weights.output), segments, pixel_stride, pixels, result);
 }
 
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     // a table, because Binaryen inlines functions with a single caller
-    static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
-                                     std::uint8_t*) = {gemm_u8_widened<false>, gemm_u8_widened<true>,
-                                                       gemm_u8_single_output<false>, gemm_u8_single_output<true>};
+    static constexpr void (*kinds[])(const gemm_u8_data&, const std::uint8_t* const*, std::size_t, std::size_t, std::uint8_t*) = {
+        gemm_u8_widened<false>, gemm_u8_widened<true>, gemm_u8_single_output<false>, gemm_u8_single_output<true>};
     kinds[2 * std::size_t{weights.is_single_output()} + std::size_t{weights.has_float_form()}](weights, segments, pixel_stride,
                                                                                                pixels, result);
 }

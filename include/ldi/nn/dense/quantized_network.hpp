@@ -80,9 +80,9 @@ public:
             for (const detail::chain_stage& stage : step.chain) {
                 const std::uint64_t pixels = std::uint64_t{stage.output.height} * stage.output.width;
                 if (const auto* dense = std::get_if<detail::dense_layer>(&stage.layer->kind))
-                    d.dense_products += pixels * dense->weights.segments * dense->weights.inputs * dense->weights.outputs;
+                    d.dense_products += pixels * dense->weights->segments * dense->weights->inputs * dense->weights->outputs;
                 if (std::holds_alternative<detail::depthwise_layer>(stage.layer->kind))
-                    d.depthwise_products += pixels * depthwise_u8_weights::taps * stage.layer->channels;
+                    d.depthwise_products += pixels * depthwise_u8_data::taps * stage.layer->channels;
             }
             described.push_back(d);
         }

@@ -124,7 +124,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
-/// result   plan.output_count() x weights.outputs, a vector or span of float or of the sources' type. Rows of outputs that the
+/// result   plan.output_count() x weights->outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone, not on the plan (full or restricted) or on the executor.

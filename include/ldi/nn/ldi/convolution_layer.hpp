@@ -47,7 +47,8 @@ public:
     /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor. Outputs that the plan omits become 0.
     ///
-    /// Raises mismatch for a plan of a different kernel size, and for maps with the wrong number of pixels or channels.
+    /// Raises mismatch for a plan of a different kernel size, for maps with the wrong number of pixels or channels, and if the
+    /// layer was moved from.
     ///
     /// plan    a plan of this layer's kernel size
     /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
@@ -55,7 +56,7 @@ public:
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
-        feature_map result(plan.output_count(), weights_.outputs);
+        feature_map result(plan.output_count(), weights_->outputs);
         if (!plan.is_full()) std::fill(result.values.begin(), result.values.end(), 0.0F);
         const std::span<const feature_view> sources(inputs.begin(), inputs.size());
         if (is_partial_)

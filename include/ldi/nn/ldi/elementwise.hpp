@@ -137,7 +137,7 @@ template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
     detail::check_same_shape<std::uint8_t>("add", a, b);
-    if (sum.exact.bias != -(sum.exact.a_multiplier * a.zero + sum.exact.b_multiplier * b.zero))
+    if (sum->exact.bias != -(sum->exact.a_multiplier * a.zero + sum->exact.b_multiplier * b.zero))
         raise(error_code::mismatch, "add", "maps with the zero points of the addition",
               "zero points " + std::to_string(a.zero) + " and " + std::to_string(b.zero));
     constexpr std::size_t grain = 1024;
@@ -153,7 +153,7 @@ basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const bas
             add_u8(sum, to, row == no_pixel ? missing.data() : b.values_of(row), a.channels, to);
         }
     });
-    a.zero = static_cast<std::uint8_t>(sum.exact.zero_point);
+    a.zero = static_cast<std::uint8_t>(sum->exact.zero_point);
     return a;
 }
 

@@ -5,7 +5,7 @@ struct float_adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
     float_lanes a_scale, b_scale, offset;
 
-    explicit float_adder(const add_u8_constants& sum)
+    explicit float_adder(const add_u8_data& sum)
         : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
@@ -24,7 +24,7 @@ struct integer_adder {
     int_lanes bias, a_multiplier, b_multiplier, zero_point;
     __m128i shift;  ///< the addition's shift minus 1; rounding shifts by 1 more bit
 
-    explicit integer_adder(const add_u8_constants& sum)
+    explicit integer_adder(const add_u8_data& sum)
         : bias(spread(sum.exact.bias)),
           a_multiplier(spread(sum.exact.a_multiplier)),
           b_multiplier(spread(sum.exact.b_multiplier)),

@@ -5,7 +5,7 @@
 //     add(a, b, result)  adds `width` bytes
 
 template <class Adder>
-inline void add_with(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                      std::uint8_t* result) {
     const Adder step(sum);
     std::size_t i = 0;

@@ -19,7 +19,7 @@ struct four_vectors {
 struct depthwise_results {
     using requantizer_type = requantizer;
 
-    static requantizer requantizer_of(const depthwise_u8_weights& weights) { return requantizer(weights.fast); }
+    static requantizer requantizer_of(const depthwise_u8_data& weights) { return requantizer(weights.fast); }
     [[gnu::always_inline]] static int_lanes requantized(const requantizer& requantize, const four_vectors& sums) {
         return requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
     }

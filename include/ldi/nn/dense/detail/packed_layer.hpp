@@ -80,7 +80,7 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
         return tensor_size{(input.height - 1) / stride + 1, (input.width - 1) / stride + 1};
     };
     if (const auto* d = std::get_if<dense_layer>(&layer.kind)) return shrunk(d->stride);
-    if (const auto* d = std::get_if<depthwise_layer>(&layer.kind)) return shrunk(d->weights.stride);
+    if (const auto* d = std::get_if<depthwise_layer>(&layer.kind)) return shrunk(d->weights->stride);
     if (const auto* r = std::get_if<resize_layer>(&layer.kind)) return {input.height * r->factor, input.width * r->factor};
     return input;
 }

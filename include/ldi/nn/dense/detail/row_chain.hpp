@@ -46,7 +46,7 @@ struct chain_stage {
     std::size_t stride() const {
         if (const auto* d = std::get_if<dense_layer>(&layer->kind)) return d->stride;
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
-        return d == nullptr ? 1 : d->weights.stride;
+        return d == nullptr ? 1 : d->weights->stride;
     }
     /// Factor by which the stage upsamples its input: as a resize, or as a depthwise convolution of repeated pixels.
     std::size_t enlargement() const {
@@ -203,7 +203,7 @@ private:
             std::memcpy(to + side, input_row(s, state.next_padded), stage.input_row_bytes());
             std::memset(to + side + stage.input_row_bytes(), layer.padding, side + chain_stage::slack);
         }
-        std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
+        std::array<const std::uint8_t*, gemm_u8_data::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
             const std::size_t row = y * layer.stride + k;  // row index in the padded image
             if (row >= margin && row < height + margin) {
@@ -223,7 +223,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // row index in the image padded by 1
+                const std::size_t row = y * layer.weights->stride + k;  // row index in the image padded by 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));

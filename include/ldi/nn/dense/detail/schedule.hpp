@@ -39,7 +39,7 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
-    if (d == nullptr || d->is_pointwise() || d->weights.segments * d->weights.inputs > few || output == layer + 1) return false;
+    if (d == nullptr || d->is_pointwise() || d->weights->segments * d->weights->inputs > few || output == layer + 1) return false;
     std::size_t readers = 0;
     for (const packed_layer& reader : layers)
         for (std::size_t t : reader.inputs)

@@ -36,7 +36,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, typename Weights::value_type>)
-        return weights.result_zero_point;
+        return weights->result_zero_point;
     else
         return Result{};
 }
@@ -69,7 +69,7 @@ public:
         stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
         const std::size_t stretch_pixels = stride() * stretch_ + k();
         values_.resize((std::max)(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
-        results_.resize(batch_ * job.weights.outputs);
+        results_.resize(batch_ * job.weights->outputs);
         ratios_.resize((std::max)(batch_, stretch_));
         counts_.resize(stretch_pixels);
     }
@@ -114,7 +114,7 @@ private:
 
     std::size_t k() const { return job_.plan.k(); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride()); }
-    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
+    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights->outputs; }
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
@@ -181,7 +181,7 @@ private:
         row_starts starts{};
         for (std::size_t r = 0; r < k(); ++r) starts[r] = values_.data() + r * k() * job_.channels;
         multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
-        const std::size_t outputs = job_.weights.outputs;
+        const std::size_t outputs = job_.weights->outputs;
         for (std::size_t o = 0; o < count; ++o) {
             const std::size_t output = static_cast<std::size_t>(job_.plan.irregular()[first + o]);
             copy_row(results_.data() + o * outputs, outputs, result_of(output));
@@ -199,7 +199,7 @@ private:
     /// without bias.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
-        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights->outputs, zero_of_results<result_type>(job_.weights));
         if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
     }
 
@@ -226,9 +226,9 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
         expect("pixels in each source", plan.input_count(), source.pixels());
         channels += source.channels;
     }
-    expect("window rows in the plan", weights.rows, plan.k());
-    expect("channels in all sources", weights.inputs / weights.rows, channels);
-    expect("values in the result", plan.output_count() * weights.outputs, result.size());
+    expect("window rows in the plan", weights->rows, plan.k());
+    expect("channels in all sources", weights->inputs / weights->rows, channels);
+    expect("values in the result", plan.output_count() * weights->outputs, result.size());
     if (!result_mask.empty()) expect("values in the result's mask", plan.output_count(), result_mask.size());
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
