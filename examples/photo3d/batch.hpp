@@ -222,8 +222,10 @@ inline void batch::load(batch_job& job) {
     }();
     const std::size_t files = job.photo.size() + job.depth.size();
     job.held = files + 3 * cost.width * cost.height + cost.held_by_maps;
-    job.memory.grow(*budget_, memory_for(cost, files, arguments_), name);
-    if (job.is_large) job.memory.grow(*budget_, budget_->for_one(), name);
+    const std::size_t alone = memory_for(cost, files, arguments_), largest = budget_->for_one();
+    // Photos converted at the same time leave gaps between each other's blocks (measured: up to 7 %).
+    job.memory.grow(*budget_, std::max(alone, std::min(alone + alone / 8, largest)), name);
+    if (job.is_large) job.memory.grow(*budget_, largest, name);
 }
 
 inline void batch::work() {
