@@ -15,12 +15,13 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-SETTINGS = {"plain": ["-O1"], "without_exceptions": ["-O1", "-fno-exceptions"], "ndebug": ["-O1", "-DNDEBUG"],
-            "own_assert": ["-O1", "-DLDI_ASSERT(condition)=static_cast<void>(condition)"],
-            "standard": ["-O1", "-DLDI_STANDARD_ONLY"], "without_rtti": ["-O1", "-fno-rtti"],
-            "finite_math": ["-O1", "-ffinite-math-only"]}
+# Without optimization, the compiler inlines nothing, so an object shows every function that it shares.
+SETTINGS = {"plain": ["-O0"], "without_exceptions": ["-O0", "-fno-exceptions"], "ndebug": ["-O0", "-DNDEBUG"],
+            "own_assert": ["-O0", "-DLDI_ASSERT(condition)=static_cast<void>(condition)"],
+            "standard": ["-O0", "-DLDI_STANDARD_ONLY"], "without_rtti": ["-O0", "-fno-rtti"],
+            "finite_math": ["-O0", "-ffinite-math-only"]}
 if platform.machine() in ("x86_64", "AMD64"):
-    SETTINGS |= {"avx2": ["-O3", "-mavx2"], "avx2_fma": ["-O3", "-mavx2", "-mfma"], "sse4": ["-O3", "-msse4.2"]}
+    SETTINGS |= {"avx2": ["-O0", "-mavx2"], "avx2_fma": ["-O3", "-mavx2", "-mfma"], "sse4": ["-O0", "-msse4.2"]}
 
 folder, compiler = Path(sys.argv[1]), sys.argv[2:]
 folder.mkdir(parents=True, exist_ok=True)
