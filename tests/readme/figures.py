@@ -155,7 +155,6 @@ MEASUREMENTS = {
     "sizes of files": (
         (PROGRAM_PAGE, rf"the sample with its depth map, 1152 x 1536 \| {N} \| {N} \|"), ("examples/service/README.md", rf"GLB file, kB \| [\d.]+ \| {N} \(the sample\) \| {N} \|")),
     "hidden pixels of photographs": ((PROGRAM_PAGE, rf"\| {N} % in 100 photographs", "0.01"), ("SECURITY.md", rf"up to {N} hidden pixels per pixel")),
-    "batch beside a loop": ((PROGRAM_PAGE, rf"the batch was {N} and {N} times as fast"), ("CHANGELOG.md", rf"It is {N} to {N} times as fast as a shell loop")),
     "error of 8 bits": ((PROGRAM_PAGE, rf"a PSNR of {N} dB relative to"), ("examples/photo3d/options.hpp", rf"colors have a PSNR of {N} dB")),
     "motion of a cropped photo": (
         (PROGRAM_PAGE, rf"sideways by at most {N} % of the short side, which is {N} %"), ("examples/viewer/README.md", rf"they move by {N} % of the shorter side, or {N} % of the longer"),
