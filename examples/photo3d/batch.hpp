@@ -68,9 +68,9 @@ struct batch_job {
 
 class batch {
 public:
-    batch(const arguments& a, const networks& networks, active_sets& sets, const interruption& signals)
+    batch(const arguments& a, const networks& loaded, active_sets& sets, const interruption& signals)
         : arguments_(a),
-          networks_(networks),
+          networks_(loaded),
           sets_(sets),
           signals_(signals),
           workers_(a.threads != 0 ? a.threads : std::max(std::thread::hardware_concurrency(), 1U)),
@@ -357,9 +357,9 @@ inline exit_code run_batch(arguments& a, const std::filesystem::path& data) {
         check_batch_options(a);
         find_weights(a, data);
         stage_clock clock(true);
-        const networks networks = load_networks(a, clock);
-        if (networks.depth) networks.depth.read();  // reports invalid weights before the first photo
-        return batch(a, networks, sets, signals).run();
+        const networks loaded = load_networks(a, clock);
+        if (loaded.depth) loaded.depth.read();  // reports invalid weights before the first photo
+        return batch(a, loaded, sets, signals).run();
     } catch (...) {
         signals.end_if_signaled();
         return say_failure();

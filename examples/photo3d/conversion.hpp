@@ -2,30 +2,25 @@
 #pragma once
 
 #include "arguments.hpp"
-#include "depth_direction.hpp"
 #include "html_page.hpp"
-#include "notes.hpp"
 #include "outputs.hpp"
 #include "photo_texture.hpp"
 #include "report.hpp"
 
-#include <ldi/depth/network_decider.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/inpaint/diffusion_inpainter.hpp>
-#include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo_depth.hpp>
-#include <ldi/io/picture.hpp>
-#include <ldi/io/weight_files.hpp>
+#include <ldi/networks/farbrausch.hpp>
+#include <ldi/networks/silhouettes.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <mutex>
 #include <optional>
 #include <span>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -39,10 +34,7 @@ public:
 
     explicit operator bool() const { return !path_.empty(); }
     /// Returns the network. The first call, on any thread, reads it and raises the errors of reading weights.
-    const tiefenrausch& read() const {
-        std::call_once(is_read_, [this] { network_.emplace(load_depth_network(path_)); });
-        return *network_;
-    }
+    const tiefenrausch& read() const;
 
 private:
     std::filesystem::path path_;
@@ -58,19 +50,7 @@ struct networks {
 };
 
 /// Loads all networks but the depth network. Raises the errors of reading weights.
-inline networks load_networks(const arguments& a, stage_clock& clock) {
-    std::optional<farbrausch> inpainting;
-    if (!a.inpainting_model.empty()) {
-        clock.begin("reading inpainting network");
-        inpainting = load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
-    }
-    std::optional<silhouette_network> silhouettes;
-    if (!a.silhouette_model.empty()) {
-        clock.begin("reading silhouette network");
-        silhouettes = load_silhouettes(a.silhouette_model);
-    }
-    return {depth_network(a.depth_model), std::move(inpainting), std::move(silhouettes)};
-}
+networks load_networks(const arguments& a, stage_clock& clock);
 
 /// Names of one photo's inputs and outputs. Empty: not requested.
 struct photo_files {
@@ -95,64 +75,13 @@ inline const std::filesystem::path& map_file(const photo_files& names) {
 /// Decodes a photo with the named depth map, or with its own depth unless an option excludes it.
 ///
 /// photo, depth  bytes of the photo's file and of map_file(names); depth is empty if there is no map
-template <executor Executor>
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
-                              std::span<const std::byte> depth, const networks& networks, Executor& threads) {
-    const std::string name = name_of_input(names.photo), depth_name = name_of_input(map_file(names));
-    photo_with_depth input;
-    if (!names.depth.empty()) {
-        depth_map_options options = a.depth_map;
-        options.white_is_near = !a.near_is_black;
-        options.formats = a.reading().formats;
-        const bool is_metric = options.kind == depth_map_kind::meters;
-        input.photo = decode_photo(photo, a.reading(), name);
-        input.depth = photo_depth{fill_invalid(shrink_depth_map(decode_depth_map(depth, options, depth_name)), depth_name),
-                                  a.is_inverse || is_metric, is_metric, false, depth_name};
-        check_fits(input.depth->disparity, input.photo.color, depth_name);
-        return input;
-    }
-    if (!a.uses_depth_of_photo) {
-        input.photo = decode_photo(photo, a.reading(), name);
-        return input;
-    }
-    input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
-                                 : decode_photo_with_map(photo, depth, a.reading(), name, depth_name);
-    if (!input.depth && !networks.depth)
-        raise(error_code::invalid_option, name,
-              std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +
-                  model_folders(a.data).text(),
-              "none of these" + (input.refused.empty() ? "" : " (the depth map was not used: " + input.refused + ")"));
-    if (!input.depth) return input;
-    input.depth->disparity = fill_invalid(shrink_depth_map(std::move(input.depth->disparity)), input.depth->source);
-    if (input.depth->is_white_near_a_guess && networks.depth) invert_as_seen(input, networks.depth.read(), threads);
-    return input;
-}
+                              std::span<const std::byte> depth, const networks& loaded, thread_pool& threads);
 
 /// Converts a photo.
 ///
 /// input  its depth map is moved out; its colors are released unless texture_of() draws sheets from them
-template <executor Executor>
-photo3d convert(const arguments& a, photo_with_depth& input, const networks& networks, stage_clock& clock,
-                Executor& threads) try {
-    photo3d_options options = options_for(a, input);
-    options.progress = clock.listener();
-    image<std::uint8_t>& photo = input.photo.color;
-    const network_decider silhouettes(networks.silhouettes ? &*networks.silhouettes : nullptr, options.alignment);
-    const auto with = [&](const auto& inpainter) {
-        cleaned_photo cleaned =
-            input.depth ? clean_depth(photo, given_disparity{std::move(input.depth->disparity)}, silhouettes, options, threads)
-                        : clean_depth(photo, networks.depth.read(), silhouettes, options, threads);
-        if (!needs_sheets(photo, a.long_side, a.geometry_side)) photo = {};  // a phone's photo needs as much memory as all layers
-        return make_photo3d(std::move(cleaned), photo_columns<>(), inpainter, options, threads);
-    };
-    photo3d made = networks.inpainting ? with(*networks.inpainting) : with(diffusion_inpainter());
-    made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces independently of --motion
-    return made;
-} catch (const error& failed) {  // the stages do not know the name of the depth map
-    const error_details details = failed.details();
-    if (!input.depth || details.where != "disparity") throw;
-    raise(details.code, input.depth->source, details.expected, details.found);
-}
+photo3d convert(const arguments& a, photo_with_depth& input, const networks& loaded, stage_clock& clock, thread_pool& threads);
 
 /// Bytes of a 3D photo.
 struct encoded_photo3d {
@@ -165,93 +94,27 @@ struct encoded_photo3d {
 /// Makes the textures of a converted photo.
 ///
 /// a  same arguments as for convert()
-template <executor Executor>
-photo_texture texture_of(const photo3d& made, const photo_with_depth& input, const arguments& a, Executor& threads) {
-    return {made, input.photo.color, a.long_side, a.geometry_side, threads};
-}
+photo_texture texture_of(const photo3d& made, const photo_with_depth& input, const arguments& a, thread_pool& threads);
 
-template <executor Executor>
 encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const arguments& a, const photo_files& names,
-                       stage_clock& clock, Executor& threads) {
-    clock.begin("encoding");
-    encoded_photo3d result;
-    texture.for_each(
-        [&](std::size_t i, const image<std::uint8_t>& picture) {
-            result.textures.jpeg.push_back(encode_jpeg(picture, a.quality));
-            if (texture.mesh().uses_texture(i)) add_webp(result.textures, picture, a.quality, a.compression);
-        },
-        threads);
-    result.facts.camera = made.facts.camera;
-    result.facts.motion = made.facts.motion, result.facts.is_past_frame = made.facts.margin > 0;
-    result.facts.range = made.facts.range;
-    if (!is_standard(names.photo)) result.facts.source = as_utf8(names.photo.filename().string());
-    const std::vector<std::span<const std::byte>> jpegs(result.textures.jpeg.begin(), result.textures.jpeg.end());
-    written_glb written = compressed(encode_glb(texture.mesh(), jpegs, result.facts), result.textures,
-                                     made.facts.camera.focal_length, a.compression);
-    result.glb = std::move(written.file);
-    result.shown = {texture.width(), texture.height(), texture.count(), written.texture_bytes};
-    if (a.usdz.empty()) result.textures = {};  // only USDZ needs them
-    clock.finish();
-    return result;
-}
+                       stage_clock& clock, thread_pool& threads);
 
 /// Derives default names of outputs from the photo's name. Call it if the user names no output.
-inline void name_outputs(photo_files& names, const std::filesystem::path& viewer) {
-    names.glb = std::filesystem::path(names.photo).replace_extension(".glb");
-    std::error_code ignored;
-    if (std::filesystem::exists(viewer, ignored)) names.html = std::filesystem::path(names.photo).replace_extension(".html");
-    names.are_own = true;
-}
+void name_outputs(photo_files& names, const std::filesystem::path& viewer);
 
 /// Reports problems with names before any work. Raises invalid_option, file_access.
-inline void check_names(const photo_files& names, const arguments& a, output_files& files) {
-    for (const std::filesystem::path& input :
-         {names.photo, map_file(names), a.depth_model, a.inpainting_model, a.silhouette_model, a.viewer})
-        files.read_from(input);
-    if (names.are_own) {
-        check_own(names.glb, R"("generator":"ldi )", "-o");
-        if (!names.html.empty()) check_own(names.html, R"(<script id="photo" type="model/gltf-binary)", "--html");
-    }
-    if (!names.glb.empty()) {
-        files.claim(names.glb);
-        check_glb_name(names.glb);
-    }
-    if (!names.html.empty()) {
-        files.claim(names.html);
-        check_page_name(names.html);
-    }
-    if (!names.poster.empty()) files.claim(names.poster);
-    if (!names.report.empty()) files.claim(names.report, true);
-}
+void check_names(const photo_files& names, const arguments& a, output_files& files);
 
 /// Collects the figures of a converted photo, and notes on it.
-inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
-                                        const arguments& a, const stage_clock& clock) {
-    const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
-                      inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    const std::string silhouettes = a.silhouette_model.empty() ? "alignment" : a.silhouette_model.string();
-    nlohmann::ordered_json report =
-        make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
-    report["notes"] = notes_on(made, report["hidden_pixels"], a, depth, input.refused);
-    return report;
-}
+nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
+                                 const arguments& a, const stage_clock& clock);
 
 inline std::string title_of(const photo_files& names) {
     return is_standard(names.photo) ? "3D photo" : names.photo.stem().string();
 }
 
 /// Makes the page that shows a photo. With --embed, the page also offers lines of HTML that show the photo in other pages.
-inline std::string make_page(const viewer_page& viewer, const photo_files& names, const photo3d& made,
-                             const encoded_photo3d& encoded, bool is_for_embedding = false) {
-    const std::string title = title_of(names);
-    const bool is_whole = made.facts.margin > 0;
-    const auto whole = [](const std::filesystem::path& file) { return std::filesystem::absolute(file).lexically_normal(); };
-    const auto seen = [&](const std::filesystem::path& file) {
-        return whole(file).lexically_proximate(whole(names.html).parent_path()).generic_string();
-    };
-    const std::string snippet =
-        is_for_embedding ? embedding_snippet(title, seen(names.glb), seen(names.poster), made.photo, is_whole) : "";
-    return viewer.with_photo(title, made.photo, encoded.glb, is_whole, snippet);
-}
+std::string make_page(const viewer_page& viewer, const photo_files& names, const photo3d& made, const encoded_photo3d& encoded,
+                      bool is_for_embedding = false);
 
 }  // namespace ldi::examples

@@ -147,15 +147,15 @@ void run(const arguments& a, output_files& files) {
                                  depth = map_file(names).empty() ? std::vector<std::byte>() : read_input(map_file(names));
     decoding_cost(photo, names.depth.empty() ? std::span<const std::byte>() : depth, a, name_of_input(names.photo),
                   name_of_input(names.depth));  // reports invalid headers before networks are loaded
-    const networks networks = load_networks(a, clock);
+    const networks loaded = load_networks(a, clock);
     clock.begin("reading photo");
     ldi::thread_pool threads(a.threads);
-    ldi::photo_with_depth input = decode_input(a, names, photo, depth, networks, threads);
+    ldi::photo_with_depth input = decode_input(a, names, photo, depth, loaded, threads);
     if (!input.depth) {
         clock.begin("reading depth network");
-        networks.depth.read();
+        loaded.depth.read();
     }
-    const ldi::photo3d made = convert(a, input, networks, clock, threads);
+    const ldi::photo3d made = convert(a, input, loaded, clock, threads);
     photo_texture texture = texture_of(made, input, a, threads);
     const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);
 
