@@ -4,6 +4,8 @@
 #                                             Optional variables: build_targets, a list of targets to build instead of all;
 #                                             only_labels and exclude_labels, regular expressions that select tests by label
 #   count_step NAME COMMAND...                runs a command, which counts as one test
+#   count_together WHERE COMMAND ARGUMENT...  runs COMMAND with each argument, as many at a time as there are cores. Each run counts as one
+#                                             test, named "ARGUMENT WHERE"; its output is printed after it has ended
 #   add_tally "N passed, N failed"            adds these counts. "0 passed, 0 failed" counts as one skipped test, any other text as one
 #                                             failure
 #   add_tally_of LOG                          adds the tally in a log's last line, and the number of skipped tests that print_tally
@@ -31,6 +33,28 @@ count_step() {
         printf 'FAILED: %s\n' "$name"
     fi
     printf '== %s took %d s\n' "$name" $((SECONDS - start))
+}
+
+count_together() {
+    local where=$1 command=$2 logs argument
+    shift 2
+    logs=$(mktemp -d)
+    for argument; do
+        while [ "$(jobs -pr | wc -l)" -ge "$jobs" ]; do wait -n || true; done
+        { "$command" "$argument" >"$logs/$argument" 2>&1 && touch "$logs/$argument.passed"; } &
+    done
+    wait
+    for argument; do
+        printf '\n== %s %s\n' "$argument" "$where"
+        cat "$logs/$argument"
+        if [ -e "$logs/$argument.passed" ]; then
+            passed=$((passed + 1))
+        else
+            failed=$((failed + 1))
+            printf 'FAILED: %s %s\n' "$argument" "$where"
+        fi
+    done
+    rm -r "$logs"
 }
 
 build_and_test() {

@@ -43,12 +43,8 @@ with_dot_product() { LDI_ISA=neon run_file max "$1"; }
 without_dot_product() { run_file cortex-a53 "$1" && run_file cortex-a53 isa && ! LDI_ISA=neon run_file cortex-a53 isa >/dev/null; }
 
 count_step "the tests compile for 64-bit Arm" compile_tests
-for file in "${tests[@]}"; do
-    name=$(basename "$file" .cpp)
-    count_step "$name with the dot product extension" with_dot_product "$name"
-done
-for name in gemm_u8 depthwise_u8 add_u8 conv unavailable_sets; do
-    count_step "$name without the dot product extension" without_dot_product "$name"
-done
+names=("${tests[@]##*/}")
+count_together "with the dot product extension" with_dot_product "${names[@]%.cpp}"
+count_together "without the dot product extension" without_dot_product gemm_u8 depthwise_u8 add_u8 conv unavailable_sets
 
 print_tally

@@ -50,9 +50,7 @@ run_file() {
 }
 
 count_step "the tests compile to WebAssembly" compile_tests
-for file in "${tests[@]}"; do
-    name=$(basename "$file" .cpp)
-    count_step "$name in WebAssembly" run_file "$name"
-done
+names=("${tests[@]##*/}")
+count_together "in WebAssembly" run_file "${names[@]%.cpp}"
 
 print_tally

@@ -4,13 +4,13 @@
 """
 import fnmatch
 import os
-import resource
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 MAX_SECONDS, MAX_MEGABYTES = 10, 1000
 EXIT_CODES = (0, 1, 2, 75)
@@ -30,17 +30,15 @@ def arguments_for(name, hostile, sound):
     return [hostile, "-o", "out.glb"], {"out.glb"}
 
 
-def limit():
-    resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
-    resource.setrlimit(resource.RLIMIT_CPU, (3 * MAX_SECONDS, 3 * MAX_SECONDS))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+# prlimit sets the limits, because code between fork and exec is not safe while other threads run.
+LIMITS = ["prlimit", f"--as={6 << 30}", f"--cpu={3 * MAX_SECONDS}", "--core=0"]
 
 
 def measure(command, folder):
     """Returns exit code (negative: signal), processor seconds, peak megabytes, last line of standard error."""
     with tempfile.TemporaryFile() as said:
         environment = {**os.environ, "TMPDIR": folder}
-        process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=said, preexec_fn=limit, env=environment)
+        process = subprocess.Popen([*LIMITS, *command], cwd=folder, stdout=subprocess.DEVNULL, stderr=said, env=environment)
         deadline = time.monotonic() + 30 * MAX_SECONDS  # stops endless runs only, so that a busy machine does not fail the test
         while True:
             ended, status, used = os.wait4(process.pid, os.WNOHANG)
@@ -68,26 +66,32 @@ def faults_of(code, seconds, megabytes, left, allowed):
         yield "left " + ", ".join(sorted(left))
 
 
+def run_on(file, program, sound):
+    """Runs the program on a file. Returns a line of the table, and whether the run has faults."""
+    name, folder = os.path.basename(file), tempfile.mkdtemp()
+    try:
+        arguments, allowed = arguments_for(name, file, sound)
+        code, seconds, megabytes, said = measure([program, *arguments, "--quiet"], folder)
+        left = set(os.listdir(folder))
+        if "results" in left and os.listdir(os.path.join(folder, "results")):
+            left.add("something in results")
+        faults = list(faults_of(code, seconds, megabytes, left, allowed))
+    finally:
+        shutil.rmtree(folder)
+    size = os.path.getsize(file) / 1000
+    return f"{name:32}{size:8.0f}{code:6}{seconds:7.2f}{megabytes:7.0f}  {'FAILED: ' + '; '.join(faults) if faults else said[:120]}", bool(faults)
+
+
 def main():
     program, files, sound = (os.path.abspath(path) for path in sys.argv[1:4])
     patterns = sys.argv[4:] or ["*"]
     names = [name for name in sorted(os.listdir(files)) if any(fnmatch.fnmatch(name, pattern) for pattern in patterns)]
     failed = 0
     print(f"{'file':32}{'kB':>8}{'exit':>6}{'s':>7}{'MB':>7}")
-    for name in names:
-        folder = tempfile.mkdtemp()
-        try:
-            arguments, allowed = arguments_for(name, os.path.join(files, name), sound)
-            code, seconds, megabytes, said = measure([program, *arguments, "--quiet"], folder)
-            left = set(os.listdir(folder))
-            if "results" in left and os.listdir(os.path.join(folder, "results")):
-                left.add("something in results")
-            faults = list(faults_of(code, seconds, megabytes, left, allowed))
-        finally:
-            shutil.rmtree(folder)
-        size = os.path.getsize(os.path.join(files, name)) / 1000
-        print(f"{name:32}{size:8.0f}{code:6}{seconds:7.2f}{megabytes:7.0f}  {'FAILED: ' + '; '.join(faults) if faults else said[:120]}", flush=True)
-        failed += bool(faults)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for line, has_faults in pool.map(lambda name: run_on(os.path.join(files, name), program, sound), names):
+            print(line, flush=True)
+            failed += has_faults
     print(f"\n{len(names) - failed} passed, {failed} failed")
     return 1 if failed or not names else 0
 
