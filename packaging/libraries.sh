@@ -116,7 +116,7 @@ build_libwebp() {
 build_libjpeg() { with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF; }
 
 build_libde265() {
-    local options=(-DENABLE_SDL=OFF -DENABLE_ENCODER=OFF -DENABLE_DECODER=OFF)  # the options for programs; the library always decodes
+    local options=(-DENABLE_SDL=OFF -DENABLE_ENCODER=OFF -DENABLE_DECODER=OFF)  # no programs; the library always decodes
     [ "$target" != web ] || options+=(-DDISABLE_SSE=ON)
     with_cmake "$(source_of libde265)" "${options[@]}"
 }

@@ -43,7 +43,7 @@ int main() {
         layers.column<value>()[i] = i < wall ? static_cast<float>(layers.topology().x()[i]) : 9.0F;
 
     const ldi::buffer<float> ninth(9, 1.0F / 9), bias(1);
-    // Partial: divides by the number of pixels in the window, so that windows at the border, with fewer, also average.
+    // Partial: divides by the number of existing pixels, so that windows at the border, which contain fewer, are averaged, too.
     const ldi::convolution_layer average(ninth, bias, {.kernel_size = 3, .is_partial = true});
     const ldi::convolution_plan plan = ldi::plan_convolution(layers.topology(), 3);
     ldi::to_column<value>(average(plan, ldi::from_column<value>(layers)), layers);

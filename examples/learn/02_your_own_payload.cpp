@@ -11,7 +11,7 @@
 #include <cmath>
 #include <cstdio>
 
-struct normal {  // a unit vector toward the camera
+struct normal {  // a unit vector that points out of the surface
     using scalar = float;
     static constexpr std::size_t channels = 3;
 };

@@ -1,5 +1,5 @@
-// Behind each silhouette the farther surface grows by one pixel per iteration, as far as a slightly moved viewer could see. The
-// frames show the hidden pixels after 1, 8, 20 and 40 iterations, the newest brightest, over the darkened photo.
+// Behind each silhouette the farther surface grows by one pixel per iteration, here for 40 iterations. The frames show the hidden
+// pixels after 1, 8, 20 and 40 iterations, the newest brightest, over the darkened photo.
 #include "drawing.hpp"
 #include "sample.hpp"
 

@@ -39,7 +39,7 @@ template <payload_column... Own>
 struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image without its margin
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> resampled;     ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
     /// Total number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped. Across these sides,
@@ -54,7 +54,7 @@ struct basic_photo3d {
 };
 using photo3d = basic_photo3d<>;
 
-/// Colors the hidden surfaces, then restores the colors of the rims.
+/// Colors the hidden surfaces, adds texture and grain to them, and restores the colors of the rims.
 ///
 /// rims       lifted_photo::rims of these layers
 /// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and

@@ -14,8 +14,8 @@
 // ---- ldi/base/config.hpp
 // Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(). You can define it as your
-//                         engine's own macro, with the same definition in all translation units that define it.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(). You can define it as a macro of your
+//                         engine; all translation units that define it must use the same definition.
 // LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
 // LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types, and kernels for specific instruction sets.
 //                         Scalar code then computes everything, as it always does with other compilers.
@@ -118,7 +118,7 @@
 #if defined(__FAST_MATH__)
 #define LDI_MATH_PART _fast_math
 #elif defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-#define LDI_MATH_PART _finite_math  // removes checks for NaN
+#define LDI_MATH_PART _finite_math  // the compiler removes checks for NaN
 #else
 #define LDI_MATH_PART
 #endif
@@ -539,7 +539,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
-    /// `value` may lie in this buffer; the range of the other assign() must not.
+    /// `value` may be an element of this buffer. The range that the other assign() accepts must not lie in this buffer.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -653,7 +653,7 @@ private:
         block_.size = count;
     }
 
-    void reallocate(std::size_t new_capacity) {  // calls functions that are not inlined, because it runs rarely
+    void reallocate(std::size_t new_capacity) {  // both branches call functions that are not inlined, because buffers rarely grow
         if constexpr (moves_as_bytes)
             block_.reallocate(new_capacity, sizeof(T), alignment);
         else
@@ -1048,9 +1048,9 @@ constexpr std::int64_t nearest_whole(double value) {
 /// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
 constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
 
-/// Rounds to the nearest byte, halves up, and clamps.
+/// Rounds to the nearest byte, halves up, and clamps. NaN becomes 0.
 inline std::uint8_t rounded_to_byte(float value) {
-    const float clamped = std::clamp(value, 0.0F, 255.0F);
+    const float clamped = value > 0.0F ? (std::min)(value, 255.0F) : 0.0F;
     const auto whole = static_cast<std::int32_t>(clamped);
     return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }
@@ -1469,8 +1469,9 @@ inline std::optional<violation> validate(const graph_view& g) {
     return std::nullopt;
 }
 
-/// Raises mismatch if an invariant of `graph` does not hold, in release builds, too. Functions that follow the links of a view
-/// call it, because ldi does not own the view's memory. Linear time.
+/// Raises mismatch if an invariant of a view's graph does not hold, in release builds, too. Stages that follow the links of a
+/// view call this function, because ldi does not own the view's memory. Functions for single pixels, such as gather_window(), do
+/// not. Linear time.
 ///
 /// where  name of the function that requires the invariants
 inline void check_topology(const graph_view& g, std::string_view where) {
@@ -1670,8 +1671,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 /// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN at the
-///            first pixel of a run
+///            old order breaks ties. Raises mismatch for any other number of values, invalid_data for NaN at the first pixel of a
+///            run
 ///
 /// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
@@ -3420,7 +3421,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// within the window. The value is the middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
-/// The camera and the depth of a photo, and the extent of its hidden surfaces. Stages take these facts in addition to the layers.
+/// The camera and the depth of a photo, and the extent of its hidden surfaces. Stages accept the facts in addition to the layers.
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
@@ -3746,6 +3747,7 @@ public:
 
     /// Adds the pixel side between a corner and the next one, which must be on the lattice. The side must not be present.
     void add(std::int32_t corner, side toward) {
+        LDI_ASSERT((present_[corner] & bit(toward)) == 0);
         if (present_[corner] == 0) used_.push_back(corner);
         present_[corner] |= bit(toward);
         const std::int32_t other = next(corner, toward);
@@ -3971,6 +3973,7 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
+/// g            valid (check_topology()); nothing checks it, because the check takes far longer than a window
 /// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
@@ -4085,7 +4088,7 @@ enum class cpu_feature {
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)
 #define LDI_NEON_FEATURES "dotprod"
-#elif __ARM_ARCH >= 9  // g++ warns about its own macro if the architecture is lowered
+#elif __ARM_ARCH >= 9  // with armv8.2-a, a lower architecture, g++ would warn about a macro of its own
 #define LDI_NEON_FEATURES "+dotprod"
 #else
 #define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"
@@ -4648,7 +4651,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. The halves of negative values must round down, away from zero, so 1 is first subtracted from them.
+    /// srshl rounds halves up. Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -5271,8 +5274,8 @@ struct integer_sums {
     }
 
 private:
-    /// A shift that adds half rounds halves up. The halves of negative values must round down, away from zero, so 1 is first
-    /// subtracted from these values.
+    /// To divide by a power of two, adds one half and shifts, which rounds halves up. Negative halves must round down, away from
+    /// zero, so 1 is first subtracted from negative values.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
         const v128_t sums = wasm_i32x4_add(products, bias);
@@ -5682,8 +5685,8 @@ struct integer_adder {
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. The halves of negative values must round
-    /// down, away from zero, so 1 is first subtracted from these values.
+    /// Returns sums without the zero point. To divide by a power of two, adds one half and shifts, which rounds halves up.
+    /// Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
@@ -5764,8 +5767,8 @@ struct integer_adder {
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. The halves of negative values must round
-    /// down, away from zero, so 1 is first subtracted from these values.
+    /// Returns sums without the zero point. To divide by a power of two, adds one half and shifts, which rounds halves up.
+    /// Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
@@ -5881,7 +5884,7 @@ inline bool is_exact(const add_u8_data& sum, const buffer<std::uint8_t>& expecte
 /// exact   the addition in integers
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
-    check_available("prepare_add_u8", kernel.set);
+    check_available("prepare_add_u8", target);
     add_u8_data sum{kernel.set, exact};
     if (!kernel.has_float_form) return detail::prepared_from(sum);
     sum.is_float = true;
@@ -6340,8 +6343,7 @@ inline void conv(const Weights& weights, const Value* const* rows, std::size_t p
 ///     group                                      inputs per multiplication
 ///     load(input), load_rest(input, count)       load a group of inputs, or fewer
 ///     multiply_add(vectors, sums, inputs, weights)  adds the products of one group
-///     finisher(output, from, existing)           class that converts sums and a ratio to results, for outputs `from` and
-///     following
+///     finisher(output, from, existing)           class that converts sums and a ratio to results, starting with output `from`
 template <class Kernel>
 struct conv_tiles {
     static constexpr detail::panel_layout layout{Kernel::group, conv_half, 5};
@@ -6456,7 +6458,7 @@ struct conv_f32_set {
                                               float32x4_t sums, float ratio) {
         const float32x4_t value = vfmaq_f32(load(out.bias + from), sums, vdupq_n_f32(ratio));
         const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), value);
-        // ignores NaN (infinity * 0)
+        // vmaxnmq returns the other operand if the product is NaN (infinity * 0).
         const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);
         store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }
@@ -6632,7 +6634,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && !weights.empty() && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
-    check_available("pack_conv_f32", kernel.set);
+    check_available("pack_conv_f32", target);
     conv_f32_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
@@ -7173,7 +7175,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
-    check_available("pack_conv_u8", kernel.set);
+    check_available("pack_conv_u8", target);
     conv_u8_data packed;
     packed.target = kernel.set;
     packed.rows = rows;
@@ -8815,7 +8817,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_data::taps && (stride == 1 || stride == 2));
     LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
     const isa wanted = find_kernel(depthwise_u8_kernels, target).set;
-    check_available("pack_depthwise_u8", wanted);
+    check_available("pack_depthwise_u8", target);
     depthwise_u8_data packed;
     packed.channels = bias.size();
     packed.stride = stride;
@@ -9139,7 +9141,7 @@ inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> wei
 // ---- ldi/kernels/gemm_u8/avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
 // two of these sums in 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products cost 5 instructions.
-// vpmaddwd on inputs widened to 16 bits would never saturate, but cost 8.
+// vpmaddwd on inputs widened to 16 bits never saturates, but costs 8; only layers with a single output use it.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -10079,9 +10081,10 @@ inline void gemm_u8(const gemm_u8_data& weights, const std::uint8_t* const* segm
 // ---- ldi/kernels/gemm_u8/wasm.hpp
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16-bit values in each of 4 lanes, exactly.
 //
-// The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
-// the panel's vectors share. V8 has 15 registers to allocate, and moves all loads to the front of the loop. A tile therefore has
-// at most 14 live vectors: 8 of sums, 2 of weights and 4 of inputs.
+// Except for single outputs (generic/single_output.hpp), the kernel first widens to 16 bits as many pixels as fit in the
+// first-level cache. A load then broadcasts two inputs, which the panel's vectors share. V8 has 15 registers to allocate, and
+// moves all loads to the front of the loop. A tile therefore has at most 14 live vectors: 8 of sums, 2 of weights and 4 of
+// inputs.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -10419,7 +10422,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_data::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
-    check_available("pack_gemm_u8", kernel.set);
+    check_available("pack_gemm_u8", target);
     gemm_u8_data packed;
     packed.segments = segments;
     packed.inputs = weights.size() / (bias.size() * segments);
@@ -11461,8 +11464,8 @@ public:
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs, 1 or more
     ///
-    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of
-    /// weights is a positive multiple of outputs * kernel_size * kernel_size.
+    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size and the target is available. Raises mismatch
+    /// unless the number of weights is a positive multiple of outputs * kernel_size * kernel_size.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
@@ -11539,7 +11542,8 @@ private:
 // ---- ldi/base/four_floats.hpp
 // Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang provide this vector type. ldi
 // uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags. With
-// other compilers, or LDI_STANDARD_ONLY, a struct with the same operations and the same results replaces it.
+// other compilers, or LDI_STANDARD_ONLY, a struct with the same operations replaces it. Its results are the same for values that
+// are not NaN.
 //
 // Functions that accept or return the vector are noexcept, here and elsewhere. If a function may throw, Emscripten's -fexceptions
 // calls it through JavaScript, which rejects vectors with a TypeError.
@@ -11976,6 +11980,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Pixels of a subset, and the index of each pixel in the subset. Subsets are immutable, so their indices stay valid.
 class pixel_subset {
 public:
+    pixel_subset() = default;
+    pixel_subset(const pixel_subset&) = default;
+    pixel_subset(pixel_subset&&) noexcept = default;
+    pixel_subset& operator=(const pixel_subset& other) { return *this = pixel_subset(other); }  // unchanged if memory runs out
+    pixel_subset& operator=(pixel_subset&&) noexcept = default;
+
     /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
@@ -12351,6 +12361,8 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
 // ---- ldi/nn/weights.hpp
 // Looks up the weights of a network by name, and checks their types and shapes.
 
+#include <iterator>
+
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
@@ -12394,12 +12406,11 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
 /// Raises mismatch for the first tensor that is not among `names`.
 template <class Names>
 void check_no_others(const named_tensors& from, const Names& names) {
-    for (const auto& [name, values] : from.tensors) {
-        bool is_named = false;
-        for (const auto& known : names) is_named = is_named || known == name;
-        if (!is_named)
+    std::vector<std::string_view> sorted(std::begin(names), std::end(names));
+    std::sort(sorted.begin(), sorted.end());
+    for (const auto& [name, values] : from.tensors)
+        if (!std::binary_search(sorted.begin(), sorted.end(), std::string_view(name)))
             raise(error_code::mismatch, tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
-    }
 }
 
 }}  // namespace ldi
@@ -14209,22 +14220,37 @@ private:
         for (std::int32_t p = 0; p < above.count(); ++p)
             if (known_[p] == 0 && (above[p] == no_pixel || !fill_above.has(above[p]))) alone_.push_back(p);
         alone_colors_ = masked_colors(alone_.size());
-        buffer<std::int32_t> waiting(alone_.size()), next, reached;
-        for (std::int32_t i = 0; i < alone_.count(); ++i) waiting[i] = i;
+        buffer<std::int32_t> candidates(alone_.size()), reached;
+        for (std::int32_t i = 0; i < alone_.count(); ++i) candidates[i] = i;
         masked_colors found(alone_.size());
-        for (bool advances = true; advances; waiting.swap(next)) {
-            next.clear(), reached.clear();
-            for (const std::int32_t i : waiting) {
+        buffer<std::uint8_t> is_candidate(alone_.size());  // in a later wave than the first
+        while (!candidates.empty()) {
+            reached.clear();
+            for (const std::int32_t i : candidates) {
                 masked_color sum{};
                 for (const side s : all_sides)
                     if (const std::int32_t n = graph_.neighbor(alone_[i], s); n != no_pixel)
                         sum = sum + base_color(n, fill_above);
                 found.set(i, average_of(sum));
-                (found.has(i) ? reached : next).push_back(i);
+                if (found.has(i)) reached.push_back(i);
             }
             for (const std::int32_t i : reached) alone_colors_.set(i, found[i]);
-            advances = !reached.empty();
+            candidates.clear();
+            for (const std::int32_t i : reached)
+                for (const side s : all_sides) {
+                    const std::int32_t n = graph_.neighbor(alone_[i], s);
+                    const std::int32_t next = n == no_pixel ? no_pixel : find_alone(n);
+                    if (next == no_pixel || alone_colors_.has(next) || is_candidate[next] != 0) continue;
+                    is_candidate[next] = 1;
+                    candidates.push_back(next);
+                }
         }
+    }
+
+    /// Returns the index of a pixel in alone_, or no_pixel.
+    std::int32_t find_alone(std::int32_t pixel) const noexcept {
+        const auto found = std::lower_bound(alone_.begin(), alone_.end(), pixel);
+        return found != alone_.end() && *found == pixel ? static_cast<std::int32_t>(found - alone_.begin()) : no_pixel;
     }
 
     /// Returns the color of a pixel before averaging with its neighbors.
@@ -14232,9 +14258,8 @@ private:
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
         if (above != no_pixel && fill_above.has(above)) return fill_above[above];
-        const auto found = std::lower_bound(alone_.begin(), alone_.end(), pixel);
-        return found != alone_.end() && *found == pixel ? alone_colors_[static_cast<std::int32_t>(found - alone_.begin())]
-                                                        : masked_color{};
+        const std::int32_t found = find_alone(pixel);
+        return found != no_pixel ? alone_colors_[found] : masked_color{};
     }
 
     /// Mean of all known colors, for surfaces that no link connects to a known color.
@@ -14290,8 +14315,9 @@ public:
     /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape. Raises
-    /// invalid_data for weights that are not finite, and unsupported for an architecture outside the limits of
-    /// detail::check_architecture().
+    /// invalid_data for weights that are not finite or a range without 0; unsupported for an architecture outside the limits of
+    /// detail::check_architecture() or weights whose quantization is not finite; and invalid_option for a target that is not
+    /// available.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -14444,6 +14470,8 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
     if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
         raise(error_code::mismatch, stage_name, "H x W x 3 colors and H x W x 1 marks of known colors",
               detail::shape_text(color) + " and " + detail::shape_text(known));
+    if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
+        raise(error_code::too_large, stage_name, "fewer than 2^31 pixels", detail::shape_text(color));
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
@@ -14478,7 +14506,8 @@ public:
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
-    /// invalid_data for weights that are not finite.
+    /// invalid_data for weights that are not finite or a range without 0; unsupported for weights whose quantization is not
+    /// finite; and invalid_option for a target that is not available.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
     /// Returns the results of the last layer, K x 2. Channel 0 is the logit of the front surface's share of the pixel;
@@ -14807,7 +14836,8 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization().
+    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization(). Raises mismatch if
+    /// the network maps an input of this size to another size.
     ///
     /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
@@ -14837,7 +14867,7 @@ public:
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
     /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' = network_size()
-    /// for sizes().details.
+    /// for sizes().details. Raises the errors of levels().
     ///
     /// photo     H x W x 3, red, green, blue, 0 to 255, of any size
     /// progress  receives the stage "depth estimation"
@@ -14901,10 +14931,15 @@ private:
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
     }
 
-    static void check_input(const image<std::uint8_t>& rgb) {
+    void check_input(const image<std::uint8_t>& rgb) const {
         if (rgb.size() == 0 || rgb.channels() != 3 || rgb.height() % alignment != 0 || rgb.width() % alignment != 0)
             raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
+        const tensor_size size{rgb.height(), rgb.width()}, result = network_.output_size(size);
+        if (result != size)
+            raise(error_code::mismatch, "depth network",
+                  "a result as large as the input, " + std::to_string(size.width) + " x " + std::to_string(size.height),
+                  std::to_string(result.width) + " x " + std::to_string(result.height));
     }
 
     /// Disparity of each 8-bit output. If the network outputs disparity, values of at most 0 become half a quantization step,
@@ -14931,7 +14966,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Raises mismatch unless the map has one channel or no rows or columns.
+/// Raises mismatch for a map with another number of channels than 1. Accepts every map without pixels.
 ///
 /// where  name of the stage
 inline void check_map(image_view<const float> map, const char* where) {
@@ -15443,8 +15478,9 @@ struct aligned_silhouettes {
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         alignment_options scaled = options;
         scaled.uncertainty *= depth.sample_size;
-        scaled.min_length =
-            static_cast<std::size_t>(detail::nearest_whole(double{depth.sample_size * detail::nearest_float(scaled.min_length)}));
+        constexpr float far = 0x1p40F;  // longer than any silhouette
+        const float min_length = depth.sample_size * detail::nearest_float(scaled.min_length);
+        scaled.min_length = static_cast<std::size_t>(detail::nearest_whole(double{(std::min)(min_length, far)}));
         align_silhouettes(depth.disparity, depth.photo, depth.surface, scaled, threads);
         return {std::move(depth.disparity), {}};
     }
@@ -15521,7 +15557,7 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 /// disparity  h x w x 1, finite, larger is nearer
 ///
 /// Raises mismatch for another number of channels, and invalid_option if the radius is not in [0, 64], or max_depth not in
-/// [0, 1]. Time grows with samples times radius; 16 bytes per sample.
+/// [0, 1]. Time is proportional to the number of samples times the radius. Memory is 16 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     detail::check_map(disparity, "level_dips");
     if (options.radius < 0 || options.radius > 64)
@@ -16093,10 +16129,10 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// Maximum deviation of a pixel's disparity from the disparity of its side, toward the other side, as a share of the step.
-    /// Applies to pixels that no disparity from outside the band reaches: within this deviation, they keep their own disparity.
+    /// Limit for pixels that no disparity from outside the band reaches, as a share of the step. Such a pixel keeps its own
+    /// disparity if that deviates from the disparity of the pixel's side, toward the other side, by at most this limit.
     static constexpr float tolerance = 0.2F;
-    /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
+    /// Maximum squared distance of an island from the nearest curve, in squared pixels. An island farther away is not part of a
     /// silhouette, and changes sides regardless of its size.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
@@ -16306,8 +16342,9 @@ public:
 private:
     /// Minimum difference between front and back. Smaller steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum size of an island, in pixels, per pixel of a depth sample's side length. An island is a group of connected pixels
-    /// on one side of a step, inside the band. Smaller islands change to the other side.
+    /// Minimum size of an island, in pixels, for depth samples that are one pixel wide. It grows in proportion to the width of a
+    /// depth sample. An island is a group of connected pixels on one side of a step, inside the band. Smaller islands change to
+    /// the other side.
     static constexpr double min_island_samples = 120;
     /// Weight of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.
@@ -17258,7 +17295,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
-            if (!is_inside || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
+            if (!is_inside || !is_side(d.toward_front) || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
                 g.y()[d.back] + step_y(d.toward_front) != g.y()[d.front] || g.neighbor(d.back, d.toward_front) != no_pixel ||
                 disparity[d.front] < disparity[d.back])
                 refuse(c, "a side between pixels " + std::to_string(d.back) + " and " + std::to_string(d.front));
@@ -17280,9 +17317,10 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// Raises invalid_option for a density outside [0, 2].
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
-/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained: even there, the
-/// disparity step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
-/// end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. At such an end, the
+/// disparity step is still as large as the threshold, so a camera that moves along the curve uncovers some of the back surface
+/// past the end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500
+/// per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {
@@ -17524,8 +17562,6 @@ private:
 
 // ---- ldi/occlusion/detail/expansion.hpp
 // Grows hidden surfaces, iteration by iteration (occlusion/expand.hpp).
-
-#include <iterator>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17989,7 +18025,7 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
 /// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold below 0 or NaN;
-/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 33 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
@@ -18386,17 +18422,16 @@ public:
     grown_pixels run() {
         pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
         const std::int32_t last = graph_.height() - 1;
-        strips before, here;
+        left_strips_.resize(left_.pixels.size()), right_strips_.resize(right_.pixels.size());
         buffer<line> lines;
         for (std::int32_t y = 0; y <= last; ++y) {
             find_lines(y, lines);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
             const std::int32_t begin = pixels_.next();
-            add_row(lines, y, before, here);
+            add_row(lines, y);
             for (std::int32_t c = 0; c < above.count(); ++c)
                 if (above[c] != no_pixel) pixels_.link_down(above[c], begin + c);
-            std::swap(before, here);
             if (y < last) continue;
             buffer<std::int32_t> row(static_cast<std::size_t>(pixels_.next() - begin), unset);
             std::iota(row.begin(), row.end(), begin);
@@ -18431,11 +18466,7 @@ private:
     };
     /// The new pixels beside a border pixel, in its row.
     struct strip {
-        std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
-    };
-    /// All strips of one row.
-    struct strips {
-        buffer<strip> left, right;
+        std::int32_t nearest = 0, count = 0;  ///< nearest: new index of the pixel next to the border pixel
     };
 
     std::int32_t left_of(const pixel_run& r) const { return graph_.x()[r.first] == 0 ? left_.reach[left_.find(r.first)] : 0; }
@@ -18468,31 +18499,31 @@ private:
         }
     }
 
-    void add_row(const buffer<line>& lines, std::int32_t y, const strips& before, strips& here) {
-        here.left.clear(), here.right.clear();
+    void add_row(const buffer<line>& lines, std::int32_t y) {
         for (const line& l : lines) {
             const std::int32_t begin = pixels_.next();
             left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
             pixels_.add_piece(l.left);
             for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, shown_left_[k - 1]);
-            if (l.left > 0) link_strip({l.first, pixels_.next() - 1, l.left}, -1, before.left, here.left);
+            if (l.left > 0) link_strip(l.first, {pixels_.next() - 1, l.left}, -1, left_, left_strips_);
             pixels_.add_old(l.first, l.last, y);
             pixels_.add_piece(l.right);
             const std::int32_t nearest = pixels_.next();
             for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]);
-            if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
+            if (l.right > 0) link_strip(l.last, {nearest, l.right}, 1, right_, right_strips_);
             pixels_.link_row(begin);
         }
     }
 
     /// Links a strip to the strip that belongs to the pixel above its border pixel, as far as both strips reach. `step` is the
     /// difference in index to the next pixel outward.
-    void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
-        here.push_back(s);
-        const std::int32_t above = graph_.up()[s.border];
-        for (const strip& other : before)
-            for (std::int32_t k = 0; other.border == above && k < (std::min)(s.count, other.count); ++k)
-                pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
+    void link_strip(std::int32_t border, strip s, std::int32_t step, const border_side& from, buffer<strip>& strips) {
+        strips[from.find(border)] = s;
+        const std::int32_t above = graph_.up()[border];
+        if (above == no_pixel) return;
+        const strip other = strips[from.find(above)];
+        for (std::int32_t k = 0; k < (std::min)(s.count, other.count); ++k)
+            pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
     }
 
     /// Adds the rows of new pixels above the photo, or those below it.
@@ -18578,6 +18609,7 @@ private:
     buffer<pixel_run> runs_;
     buffer<std::size_t> first_run_;  // index of each row's first run
     border_side left_, right_, top_, bottom_;
+    buffer<strip> left_strips_, right_strips_;  // per border pixel; without new pixels, count is 0
     frame_pixels pixels_;
     buffer<repainted_pixel> repainted_;
     buffer<std::int32_t> shown_left_, shown_right_, path_;  // reused for every row
@@ -18663,14 +18695,14 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion below 0 or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ in
-/// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
-/// are empty. Linear time.
+/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ
+/// in size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
+/// layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
-    if (!(facts.motion >= 0))
-        raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
+    if (!(facts.motion >= 0) || std::isinf(facts.motion))
+        raise(error_code::invalid_option, "photo_facts::motion", "0 or more, finite", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
     const std::int32_t columns = layers.topology().width(), rows = layers.topology().height();
     if (facts.margin != 0 || facts.camera.width != columns || facts.camera.height != rows)
@@ -18779,17 +18811,19 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// g               in canonical order
 /// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side) returns the channels of a known pixel, the neighbor on side `side` of an unknown pixel
+/// value           value(pixel, s) returns the channels of a known pixel, which is the neighbor on side `s` of an unknown pixel
 /// before_solving  called after all calls of value()
 /// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
-/// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
+/// Raises mismatch if an unknown pixel precedes its left or its upper neighbor, which is impossible in canonical order. A surface
+/// without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
 void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
-    buffer<std::int32_t> cell_of(g.size(), unset);  // per unknown pixel; not set for known pixels
+    constexpr std::int32_t no_cell = 0;  // cells count from 1
+    buffer<std::int32_t> cell_of(g.size(), no_cell);
     for_each_unknown(known, [&](std::int32_t i) {
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
         for (side s : all_sides) {
@@ -18797,6 +18831,9 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
             if (neighbor == no_pixel) continue;
             if (known[neighbor] != 0)
                 solver.add_known_neighbor(cell, value(neighbor, s));
+            else if ((s == side::left || s == side::up) && cell_of[neighbor] == no_cell)
+                raise(error_code::mismatch, "diffusion", "pixels in canonical order",
+                      "pixel " + std::to_string(i) + " before its neighbor " + std::to_string(neighbor));
             else if (s == side::left)
                 solver.link_left(cell, cell_of[neighbor]);
             else if (s == side::up)
@@ -19452,8 +19489,8 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
     if (!shares.empty() && shares.size() != layers.size())
-        raise(error_code::mismatch, "unmix_colors", "no shares, or " + std::to_string(layers.size()),
-              std::to_string(shares.size()));
+        raise(error_code::mismatch, "unmix_colors", "no shares, or " + std::to_string(layers.size()) + " shares",
+              std::to_string(shares.size()) + " shares");
     const auto& g = layers.topology();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);
@@ -20080,7 +20117,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// rims      result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
 ///           that rim_column marks
 /// contrast  mixed_color_options::contrast; raises invalid_option unless it is above 0. A pixel is restored if the foreground's
-///           color differs by less from the inpainted color
+///           color and the inpainted color differ by less than this contrast
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims, float contrast = mixed_color_options{}.contrast) {
     if (!(contrast > 0)) raise(error_code::invalid_option, "restore_rims", "a contrast above 0", detail::to_text(contrast));
@@ -20217,7 +20254,7 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 
 /// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
 /// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
-/// `side` / L, because the pieces of a winding chart together are as long as the whole chart.
+/// `side` / L: about L / `side` pieces cover a winding chart, and each piece's box has (`side` / L)^2 of the area.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {
@@ -20584,7 +20621,10 @@ public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
 
     /// Inserts a rectangle; returns false if there is no room.
+    ///
+    /// size  1 or more in each direction
     bool insert(rectangle_size size, rectangle_corner& corner) {
+        LDI_ASSERT(size.width >= 1 && size.height >= 1);
         if (!(size == last_size_)) before_ = 0, last_size_ = size;  // a search for the same size resumes here
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
@@ -20702,8 +20742,9 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     // the sheet empty and cost 0.1 ms. A step twice as large leaves 3.5 % empty, and a step half as large 2.6 %. The range 0.85
     // to 1.2 leaves 4.4 %, and the square alone 11 %. The range 0.5 to 2 brings no improvement.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
-        const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
-        if (width > max_side) continue;
+        const double wanted = std::ceil(side * stretch);
+        if (wanted > max_side) continue;
+        const std::int32_t width = (std::max)(static_cast<std::int32_t>(wanted), largest.width);
         // Bisects for the smallest height that works. Success is nearly, but not strictly, monotonic in height.
         std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
@@ -20807,7 +20848,11 @@ public:
           kind_of_(kind_of.data()),
           color_(color.data()),
           kind_(kind.data()),
-          stride_(static_cast<std::ptrdiff_t>(kind.width())) {}
+          stride_(static_cast<std::ptrdiff_t>(kind.width())) {
+        LDI_ASSERT(colors.size() == 3 * g.size() && kind_of.size() == g.size());
+        LDI_ASSERT(color.channels() == 3 && kind.channels() == 1);
+        LDI_ASSERT(color.height() == kind.height() && color.width() == kind.width());
+    }
 
     /// Draws and pads a chart.
     ///
@@ -21213,7 +21258,7 @@ private:
     /// Distance in pixels from the end of a surface or from a refilled pixel. Within this distance, a pixel that looks unmixed
     /// may contain a rim of another surface, which only the full-size photo shows. Tuned by experiment.
     static constexpr std::int32_t guarded = 2;
-    /// Search distance for that other surface, in pixels.
+    /// Maximum distance, in rows and columns, at which color_beside() searches for the color of the other surface.
     static constexpr std::int32_t reach = 3;
 
     bool is_in_photo(std::int32_t x, std::int32_t y) const {
@@ -21396,8 +21441,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch unless the atlas has this padding around the chart.
+/// Raises mismatch unless the atlas has a color and a kind for every texel, and this padding around the chart.
 inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+    if (atlas.color.channels() != 3 || atlas.kind.channels() != 1 || atlas.color.height() != atlas.kind.height() ||
+        atlas.color.width() != atlas.kind.width())
+        raise(error_code::mismatch, "sheets", "an atlas of H x W x 3 colors and H x W x 1 kinds",
+              shape_text(atlas.color) + " and " + shape_text(atlas.kind));
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
@@ -21406,6 +21455,16 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
               "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
                   std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") in an atlas of " +
                   std::to_string(atlas.kind.width()) + " x " + std::to_string(atlas.kind.height()));
+}
+
+/// Raises mismatch unless the rectangle lies on a sheet of this size.
+inline void check_room(const atlas_rectangle& room, rectangle_size sheet) {
+    if (room.x < 0 || room.y < 0 || room.width < 0 || room.height < 0 || std::int64_t{room.x} + room.width > sheet.width ||
+        std::int64_t{room.y} + room.height > sheet.height)
+        raise(error_code::mismatch, "sheets",
+              "a place on a sheet of " + std::to_string(sheet.width) + " x " + std::to_string(sheet.height),
+              std::to_string(room.width) + " x " + std::to_string(room.height) + " at (" + std::to_string(room.x) + ", " +
+                  std::to_string(room.y) + ")");
 }
 
 }  // namespace detail
@@ -21518,6 +21577,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
         if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
         detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
+        detail::check_room(layout.placements[c].room, size);
         const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
                                             photo);
         parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {
@@ -22588,6 +22648,14 @@ inline void check_disparities(array_view<const float> disparity, const char* whe
         if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
 }
 
+inline void check_boxes(const chart_set& charts, const char* where) {
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, where,
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
+}
+
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/stud_lines.hpp
@@ -22685,6 +22753,7 @@ public:
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
+            if (first < 0 || last >= sides_.count()) return false;  // pixels in another order than the canonical one
             for (std::int32_t i = first; i < last; ++i)
                 if ((sides_[i] & side_bit(1)) != 0) return false;
             if (row == clearance_) return true;
@@ -23665,11 +23734,7 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
-    for (const chart& c : charts.charts)
-        if (c.width > max_chart_box || c.height > max_chart_box)
-            raise(error_code::too_large, "build_mesh",
-                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
-                  std::to_string(c.width) + " x " + std::to_string(c.height));
+    detail::check_boxes(charts, "build_mesh");
     check_topology(layers.topology(), "build_mesh");
     const array_view<const float> disparity = layers.template column<disparity_column>();
     detail::check_range(range, "depth_range");
@@ -24013,8 +24078,9 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
         const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
         if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
+            last.first_vertex > mesh.vertex_count() || last.first_triangle > mesh.triangle_count() ||
             (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
-            raise(error_code::invalid_data, "mesh", "consecutive parts that start at vertex 0 and triangle 0",
+            raise(error_code::invalid_data, "mesh", "consecutive parts of the mesh that start at vertex 0 and triangle 0",
                   "part " + std::to_string(t) + " from vertex " + std::to_string(first.first_vertex) + " to " +
                       std::to_string(last.first_vertex) + " and from triangle " + std::to_string(first.first_triangle) + " to " +
                       std::to_string(last.first_triangle));
@@ -24432,7 +24498,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///         depth is clamped to at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte
 ///         column. Where a hidden surface ends at a nearer one of similar depth, a strip extends the hidden surface behind the
 ///         nearer one, by at most as many pixels as the atlas's padding has texels. If the tolerances are no larger and the
-///         padding no smaller than their defaults, no camera within facts.motion then sees a gap
+///         padding no smaller than their defaults, cameras within facts.motion see almost no gaps (bench/quality/README.md)
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
@@ -24629,10 +24695,14 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                   " charts in the atlas, and " + std::to_string(layout.placements.size()) + " on " +
                   std::to_string(layout.sizes.size()) + " textures");
     check_mesh(mesh, 1);
-    for (const std::int32_t pixel : mesh.pixels)
+    for (const std::int32_t pixel : mesh.pixels) {
         if (pixel < 0 || pixel >= charts.chart_of.count())
             raise(error_code::mismatch, "move_to_sheets", "pixel indices below " + std::to_string(charts.chart_of.size()),
                   std::to_string(pixel));
+        if (charts.chart_of[pixel] < 0 || charts.chart_of[pixel] >= charts.charts.count())
+            raise(error_code::mismatch, "move_to_sheets", "chart indices below " + std::to_string(charts.charts.size()),
+                  std::to_string(charts.chart_of[pixel]));
+    }
     for (const auto& placement : layout.placements)
         if (static_cast<std::size_t>(placement.sheet) >= layout.sizes.size())
             raise(error_code::mismatch, "move_to_sheets", "sheets below " + std::to_string(layout.sizes.size()),
@@ -24696,8 +24766,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// charts    a partition of the pixels (make_charts)
 /// outlines  outlines of these charts (trace_outlines)
 ///
-/// Raises invalid_option, mismatch if an invariant of a view's graph does not hold or the arguments don't fit together, and
-/// invalid_data for disparities that are not finite.
+/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold or the arguments don't fit together;
+/// invalid_data for disparities that are not finite; and too_large for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {}) {
@@ -24705,6 +24775,7 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     const array_view<const float> disparity = layers.template column<disparity_column>();
     check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
+    detail::check_boxes(charts, "make_studs");
     detail::check_range(range, "make_studs");
     detail::check_disparities(disparity, "make_studs");
     if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||
@@ -25568,8 +25639,7 @@ inline bool has_gaps(const rendering& seen) {
 /// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the far
 /// outline pixels: those in the lower half of the outline's range of inverse depth. A gap at the picture's edge lies beyond the
 /// photo's border, where near surfaces continue as well, and uses its whole outline. A rendering without a covered pixel becomes
-/// black. Raises mismatch unless the three images have the
-/// shapes that `rendering` documents.
+/// black. Raises mismatch unless the three images have the shapes that `rendering` documents.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -27541,7 +27611,7 @@ struct vertex_attribute {
     buffer<float> values;      ///< V x channels, finite
 };
 
-/// Options of encode_glb(): what a file has beside the mesh.
+/// Options of encode_glb(): data to write in addition to the mesh and its textures, and the drawing of back sides.
 struct glb_options {
     /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
     /// absent, the file has no camera.
@@ -28098,7 +28168,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, long side at most options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> resampled;      ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
     image<float> disparity;      ///< H x W x 1, cleaned disparity
     image<std::uint8_t> shares;  ///< H x W x 1 or empty: decided_depth::shares
     depth_range range;           ///< distances at disparity 1 and 0
@@ -28318,7 +28388,7 @@ template <payload_column... Own>
 struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image without its margin
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> resampled;     ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
     /// Total number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped. Across these sides,
@@ -28333,7 +28403,7 @@ struct basic_photo3d {
 };
 using photo3d = basic_photo3d<>;
 
-/// Colors the hidden surfaces, then restores the colors of the rims.
+/// Colors the hidden surfaces, adds texture and grain to them, and restores the colors of the rims.
 ///
 /// rims       lifted_photo::rims of these layers
 /// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and

@@ -31,6 +31,7 @@ TEST_CASE("conversion to a byte rounds to the nearest integer, halves up, and cl
     CHECK(rounded_to_byte(-1e30F) == 0);
     CHECK(rounded_to_byte(255.6F) == 255);
     CHECK(rounded_to_byte(std::numeric_limits<float>::infinity()) == 255);
+    CHECK(rounded_to_byte(std::numeric_limits<float>::quiet_NaN()) == 0);
 }
 
 TEST_CASE("fused_multiply_add() rounds once, even if rounding to double first would change the result") {

@@ -103,7 +103,7 @@ TEST_CASE("the widest lattice has a coarser level") {
     CHECK((result.topology.width() == 1 << 30 && result.topology.height() == 1 && result.topology.size() == 0));
 }
 
-TEST_CASE("inside a group, a direct link to a corner pixel is preferred, then the path up and left, then left and up") {
+TEST_CASE("inside a 2 x 2 group, a direct link to a kept pixel is preferred, then the path up and left, then left and up") {
     testing::sketched_graph g(2, 2);
     const std::int32_t first_corner = g.add_pixel(0, 0), second_corner = g.add_pixel(0, 0);
     const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);

@@ -118,7 +118,7 @@ TEST_CASE("averaged() returns the mean of each channel, and rounds integers to t
     }
 }
 
-TEST_CASE("new pixels have no known color, are not known, and continue the disparity of their surface") {
+TEST_CASE("a new pixel has 8-bit color 0, is marked as unknown, and copies the disparity and the 16-bit color of its surface") {
     CHECK(detail::new_pixel_value<color_column>(200) == 0);
     CHECK(detail::new_pixel_value<known_column>(1) == 0);
     CHECK(detail::new_pixel_value<matte_column>(9) == 0);

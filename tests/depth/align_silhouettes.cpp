@@ -161,7 +161,7 @@ TEST_CASE("an edge is found even if stripes of higher contrast cross it") {
 }
 
 TEST_CASE(
-    "a silhouette may move by at most half the width of a thin object, but by four pixels or more if its teeth are that deep") {
+    "a silhouette may move by at most half the width of a thin object or gap, but on a jagged edge by the depth of the teeth") {
     const auto for_each_band_row = [](std::int32_t radius, auto&& is_front, auto&& visit) {
         const scene s = make_scene(60, 80, 0.0F, 0.0F, red, gray, 0.0F, is_front);
         const ldi::corner_map lattice(80, 60);

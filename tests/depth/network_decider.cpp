@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 using namespace ldi;
@@ -119,7 +120,7 @@ TEST_CASE("a mirrored coarse map gives the network a mirrored input") {
     }
 }
 
-TEST_CASE("a surface's disparity in the band is replaced by that beyond the band, unless they differ by over half the step") {
+TEST_CASE("in the band, a surface gets its disparity from beyond the band, unless the two differ by more than half the step") {
     for (const float step : {0.54F, 0.31F}) {
         // The front slopes by 0.018 per pixel, so that it differs by 0.2 beyond the band.
         image<float> map(30, 100);
@@ -168,6 +169,9 @@ TEST_CASE("without a network, the decider aligns silhouettes as aligned_silhouet
     CHECK(by_hand.disparity == aligned_silhouettes{}.decide(depth, serial_executor()).disparity);
     CHECK(by_hand.disparity(30, 39) == 0.8F);
     CHECK(by_hand.shares.empty());
+    alignment_options never;
+    never.min_length = std::numeric_limits<std::size_t>::max();
+    CHECK(aligned_silhouettes{never}.decide(depth, serial_executor()).disparity == map);
     const undecided_depth coarse{photo, map, map, {}, 1.2F};
     CHECK(network_decider(&network).decide(coarse, serial_executor()).disparity(30, 39) == map(30, 39));
 }

@@ -74,7 +74,7 @@ TEST_CASE("the weighted median is the sample whose preceding and following weigh
     }
 }
 
-TEST_CASE("values farther from the center's value weigh less, even if all are close to it and all are above or all below") {
+TEST_CASE("values farther from the center's value weigh less, even if all values are close to it and on one side of it") {
     // Around (7, 2), 12 samples nearly equal the center. The other 12 differ from it by up to 0.155, all in the same direction.
     for (const float sign : {-1.0F, 1.0F}) {
         ldi::image<float> map(5, 12);

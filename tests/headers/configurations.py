@@ -49,7 +49,8 @@ def configuration(*flags):
     return done.stdout.split()[-1]
 
 
-# The namespace's name depends on every flag that permits instructions that some processors lack, changes rounding, or removes parts of types.
+# Every flag that enables instructions of newer processors, changes rounding, or removes exceptions, RTTI or assertions must change the
+# namespace's name.
 for flag in ("-ffast-math", "-ffinite-math-only", "-fno-rtti", "-fno-exceptions", "-DNDEBUG"):
     if configuration(flag) == configuration():
         sys.exit(f"{flag} does not change the name of the namespace")

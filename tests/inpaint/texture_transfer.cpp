@@ -175,7 +175,7 @@ TEST_CASE("more than 90 percent of adjacent cells copy texture from adjacent sou
     CHECK(coherent > 0.9 * pairs);
 }
 
-TEST_CASE("after two rounds, two thirds of the cells have a similar source far from the nearest known pixels") {
+TEST_CASE("two rounds find a similar source for two thirds of the cells, although the nearest known pixels are not similar") {
     // Waves of color along columns. The inpainter continued them half a period off, so similar sources lie 16 rows away.
     const auto wave = [](std::int32_t x, std::int32_t y) {
         const int value = 128 + static_cast<int>(std::lround(60 * std::sin(3.14159265 / 16 * (in_hole(x) ? y + 16 : y))));

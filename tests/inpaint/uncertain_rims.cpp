@@ -120,7 +120,7 @@ TEST_CASE("rim pixels with the foreground's color are restored only if the color
     }
 }
 
-TEST_CASE("a larger contrast restores the rims of surfaces that differ by less, and a contrast that is not above 0 is refused") {
+TEST_CASE("restore_rims() restores rims whose surfaces differ by less than the contrast, and refuses a contrast of 0 or below") {
     for (const auto& [contrast, is_fuzz] : {std::pair{40.0F, true}, {200.0F, true}, {300.0F, false}}) {
         CAPTURE(contrast);
         layer_with_rims layer = fuzzy_scene(2);

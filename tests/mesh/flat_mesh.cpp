@@ -9,9 +9,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace {
 
@@ -276,3 +278,31 @@ TEST_CASE("an outline tolerance that reaches the studs is refused") {
                       ldi::error);
 }
 #endif
+
+TEST_CASE("a graph in another order than the canonical one reads no memory outside its columns") {
+    constexpr std::int32_t width = 40, height = 40, single_row = 23;  // the pixels of this row have only vertical links
+    const auto id = [](std::int32_t x, std::int32_t y) {
+        const std::int32_t canonical = y * width + x, first = single_row * width + 20;
+        return canonical == first ? 0 : canonical < first ? canonical + 1 : canonical;
+    };
+    ldi::graph_builder b(width, height, std::size_t{width * height});
+    ldi::buffer<float> disparity(std::size_t{width * height});
+    for (std::int32_t y = 0; y < height; ++y)
+        for (std::int32_t x = 0; x < width; ++x) {
+            b.set_position(id(x, y), x, y);
+            disparity[id(x, y)] = 0.3F + 0.002F * static_cast<float>(std::abs(x - 20));
+        }
+    for (std::int32_t y = 0; y < height; ++y)
+        for (std::int32_t x = 0; x < width; ++x) {
+            if (x + 1 < width && y != single_row) b.link(id(x, y), ldi::side::right, id(x + 1, y));
+            if (y + 1 < height) b.link(id(x, y), ldi::side::down, id(x, y + 1));
+        }
+    const ldi::graph g = std::move(b).build();
+    ldi::chart_set charts;
+    charts.chart_of.assign(g.size(), 0);
+    charts.charts.push_back({0, 0, width, height, {}});
+    for (std::int32_t i = 0; i < g.count(); ++i) charts.charts[0].pixels.push_back(i);
+    ldi::mesh_options options;
+    options.studs.spacing = 8, options.studs.clearance = 2;
+    CHECK_NOTHROW(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, disparity), {}, charts, options));
+}

@@ -101,7 +101,7 @@ TEST_CASE("texture coordinates on a sheet follow from the vertices' positions in
     }
 }
 
-TEST_CASE("vertices stay in the rooms of their charts if sheets have less padding than the atlas") {
+TEST_CASE("vertices stay inside the rectangles of their charts on sheets, even if sheets have less padding than the atlas") {
     std::size_t hems = 0;
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 512);
@@ -163,6 +163,11 @@ TEST_CASE("a layout of different charts and a mesh that is already on sheets are
     for (const std::int32_t pixel : {-1, made.charts.chart_of.count()}) {
         wrong.pixels[0] = pixel;
         CHECK_THROWS_WITH(move_to_sheets(wrong, made.charts, made.atlas, s.layout), Catch::Contains("pixel indices below"));
+    }
+    for (const std::int32_t chart : {-1, made.charts.charts.count(), 1 << 24}) {
+        chart_set charts = made.charts;
+        charts.chart_of[made.mesh.pixels[0]] = chart;
+        CHECK_THROWS_WITH(move_to_sheets(made.mesh, charts, made.atlas, s.layout), Catch::Contains("chart indices below"));
     }
     other = s.layout;
     other.placements[0].sheet = static_cast<decltype(other.placements[0].sheet)>(other.sizes.size());

@@ -203,6 +203,11 @@ TEST_CASE("charts and outlines of another image or of other charts are refused")
     REQUIRE_THROWS_AS(make(whole(small), outlines), ldi::error);
     REQUIRE_THROWS_AS(make(halves, outlines), ldi::error);
     REQUIRE_THROWS_AS(make(whole(g), ldi::trace_outlines(small, few, whole(small))), ldi::error);
+    const ldi::graph wide = ldi::make_grid(ldi::max_chart_box + 1, 2);
+    const ldi::buffer<float> flat(wide.size(), 0.5F);
+    REQUIRE_THROWS_WITH(
+        ldi::make_studs(ldi::testing::surfaces_of(wide, flat), {}, whole(wide), ldi::trace_outlines(wide, flat, whole(wide))),
+        Catch::Contains("8192"));
 }
 
 TEST_CASE("stud options outside their range are refused") {

@@ -52,5 +52,10 @@ TEST_CASE("a mesh with inconsistent columns, indices or parts is refused") {
     CHECK(code_after([](m& x) { x.parts = {{1, 0}}; }) == error_code::invalid_data);
     CHECK(code_after([](m& x) { x.parts = {{0, 0}, {3, 1}, {2, 1}}; }, 3) == error_code::invalid_data);
     CHECK(code_after([](m& x) { x.parts = {{0, 0}, {2, 1}}; }, 2) == error_code::invalid_data);
+    const std::size_t far = std::size_t{1} << 40;
+    for (const mesh_part outside : {mesh_part{5, 2}, {4, 3}, {far, far}}) {
+        CHECK(code_after([&](m& x) { x.parts = {{0, 0}, outside}; }, 2) == error_code::invalid_data);
+        CHECK(code_after([&](m& x) { x.parts = {{0, 0}, {0, 0}, outside}; }, 3) == error_code::invalid_data);
+    }
     CHECK(code_after([](m& x) { x.hem_vertices = {{0, 4}}; }) == error_code::invalid_data);
 }

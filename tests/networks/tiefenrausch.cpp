@@ -238,6 +238,29 @@ TEST_CASE("networks whose output has the wrong shape or too coarse a quantizatio
     CHECK_THROWS_AS(ldi::tiefenrausch(steep), ldi::error);
 }
 
+TEST_CASE("a network that preserves the size of the smallest input only is refused at other sizes") {
+    ldi::network_description odd;
+    odd.input_name = "input", odd.input_channels = 3, odd.input = {1.0F / 255, 0};
+    const auto halve = [&](std::size_t times) {
+        for (; times > 0; --times) {
+            ldi::convolution_description c;
+            c.input = odd.operators.size(), c.kernel = 1, c.stride = 2;
+            c.weights = ldi::buffer<std::uint8_t>(c.input == 0 ? 3 : 1, std::uint8_t{1});
+            c.weight_quantization = {0.5F, 0};
+            c.bias = ldi::buffer<std::int32_t>(1);
+            odd.operators.push_back({"convolution", {1.0F / 255, 0}, c});
+        }
+    };
+    const auto triple = [&](std::size_t times) {
+        for (; times > 0; --times)
+            odd.operators.push_back({"resize", {1.0F / 255, 0}, ldi::nearest_resize_description{odd.operators.size(), 3}});
+    };
+    halve(5), triple(4), halve(2), triple(1), halve(1);  // 32 -> 1 -> 81 -> 21 -> 63 -> 32, but 64 -> 2 -> 162 -> 41 -> 123 -> 62
+    odd.output = odd.operators.size();
+    const ldi::tiefenrausch network(odd, ldi::best_isa(), ldi::network_output::disparity, {64, 32});
+    CHECK_THROWS_WITH(network.disparity(image<std::uint8_t>(5, 5, 3)), Catch::Contains("62 x 62"));
+}
+
 namespace {
 
 ldi::tiefenrausch small_at(ldi::depth_network_sizes sizes) {
@@ -281,7 +304,7 @@ TEST_CASE("progress rises to 1, and a request to stop ends the run") {
     }
 }
 
-TEST_CASE("a network with a second, smaller size returns the larger disparity map, shifted to the mean layout of both runs") {
+TEST_CASE("with two input sizes, the result is the disparity map of the larger size, moved to the mean layout of both runs") {
     const image<std::uint8_t> photo = gradient(200, 300);
     const image<float> details = small_at({192, 0}).disparity(photo);
     ldi::serial_executor serial;

@@ -213,7 +213,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("how far a surface grows at a curve's side depends on the disparities within eight pixels along the curve") {
+TEST_CASE("the growth of a surface at a side of a curve depends on the disparities within eight pixels along the curve") {
     // The front comes nearer by 0.3 pixels of parallax per row.
     ldi::image<float> map(41, 100);
     for (std::size_t y = 0; y < 41; ++y)
@@ -404,7 +404,7 @@ TEST_CASE("at a T-junction, the midground stops at its curve's constraint, and t
         for (int x = edge - 20; x < edge; ++x) REQUIRE(background_at.count({x, y}) == 1);
 }
 
-TEST_CASE("in a custom column, a new pixel inherits the value of the surface that it continues, or the value from new_pixel()") {
+TEST_CASE("in a custom column, a new pixel gets the value of new_pixel() or, without this rule, that of its surface") {
     ldi::image<float> map(30, 30);
     for (std::size_t y = 0; y < 30; ++y)
         for (std::size_t x = 0; x < 30; ++x) map(y, x, 0) = x < 15 ? 0.2F : 0.8F;
@@ -559,6 +559,10 @@ TEST_CASE("expand() refuses curves whose front is the farther pixel, and constra
         return ldi::expand(layer, {}, std::span(&curve, 1));
     };
     CHECK_NOTHROW(expand(lifted, curves[0]));
+
+    ldi::discontinuity_curve nowhere = curves[0];
+    nowhere.sides[0] = {nowhere.sides[0].back, nowhere.sides[0].back, static_cast<ldi::side>(200)};
+    CHECK_THROWS_AS(expand(lifted, nowhere), ldi::error);
 
     ldi::photo_layer inverted = lifted;
     for (float& d : inverted.column<ldi::disparity_column>()) d = 1.0F - d;

@@ -216,6 +216,8 @@ TEST_CASE("growing past the frame is refused for a negative motion and for more 
         layers = testing::lifted_layers(image<float>(4, 5000, 1, 0.0F));
         CHECK_THROWS_AS(grow_past_frame(layers, facts), error);
     }
+    facts.motion = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_WITH(grow_past_frame(layers, facts), Catch::Contains("finite"));
     photo_layers none;
     CHECK(grow_past_frame(none, photo_facts()) == 0);
 }

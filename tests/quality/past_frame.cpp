@@ -92,7 +92,7 @@ std::int64_t max_uncovered(const framed_scene& s) {
 
 }  // namespace
 
-TEST_CASE("no camera within the supported motion sees a surface end inside a window as large as the photo") {
+TEST_CASE("no camera within the supported motion sees the end of a surface inside a window as large as the photo") {
     std::mt19937 random(52);
     for (int round = 0; round < 16; ++round) {
         const float motion = round % 4 == 0 ? 0.2F : 0.08F;

@@ -275,4 +275,12 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
     CHECK(testing::raised([&] { draw(s.layout.sizes.size(), s.worked_on, s.photo); }) == error_code::mismatch);
     CHECK(testing::raised([&] { draw(1, s.photo, s.photo); }) == error_code::mismatch);
     CHECK(testing::raised([&] { draw(1, s.worked_on, s.worked_on); }) == error_code::mismatch);
+    texture_atlas small = s.atlas;
+    small.color = image<std::uint8_t>(16, 16, 3);
+    CHECK(testing::raised([&] { lay_out_sheets(s.layers, s.charts, small, s.photo.height(), s.photo.width()); }) ==
+          error_code::mismatch);
+    CHECK(testing::raised([&] { draw_sheet(s.layout, 1, s.charts, small, s.worked_on, s.photo); }) == error_code::mismatch);
+    sheet_layout outside = s.layout;
+    for (sheet_placement& place : outside.placements) place.room.x += 16 * place.sheet * s.layout.sizes[1].width;
+    CHECK(testing::raised([&] { draw_sheet(outside, 1, s.charts, s.atlas, s.worked_on, s.photo); }) == error_code::mismatch);
 }

@@ -1,6 +1,7 @@
-// Converts between images and xtensor types. Tensors map the memory of images without a copy. Images are made from any
-// expression or NumPy array. Requires xtensor 0.24; no other header of ldi does. xtensor's lazy views cost ten times as much as
-// loops over rows, so use them for work done once per image. If you use the single header, include it before this one.
+// Converts between images and xtensor types. as_tensor() maps an image's memory as a tensor, and view_of() views a tensor's
+// memory as an image, both without a copy. make_image() evaluates any expression or NumPy array into an image. Requires xtensor
+// 0.24; no other header of ldi does. xtensor's lazy views cost ten times as much as loops over rows, so use them for work done
+// once per image. If you use the single header, include it before this one.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER

@@ -153,7 +153,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
-    /// `value` may lie in this buffer; the range of the other assign() must not.
+    /// `value` may be an element of this buffer. The range that the other assign() accepts must not lie in this buffer.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -267,7 +267,7 @@ private:
         block_.size = count;
     }
 
-    void reallocate(std::size_t new_capacity) {  // calls functions that are not inlined, because it runs rarely
+    void reallocate(std::size_t new_capacity) {  // both branches call functions that are not inlined, because buffers rarely grow
         if constexpr (moves_as_bytes)
             block_.reallocate(new_capacity, sizeof(T), alignment);
         else

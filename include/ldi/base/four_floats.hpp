@@ -1,6 +1,7 @@
 // Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang provide this vector type. ldi
 // uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags. With
-// other compilers, or LDI_STANDARD_ONLY, a struct with the same operations and the same results replaces it.
+// other compilers, or LDI_STANDARD_ONLY, a struct with the same operations replaces it. Its results are the same for values that
+// are not NaN.
 //
 // Functions that accept or return the vector are noexcept, here and elsewhere. If a function may throw, Emscripten's -fexceptions
 // calls it through JavaScript, which rejects vectors with a TypeError.

@@ -36,9 +36,9 @@ constexpr std::int64_t nearest_whole(double value) {
 /// Returns n / 2, rounded up, for n of 0 or more. (n + 1) / 2 would overflow at the largest size.
 constexpr std::int32_t half_rounded_up(std::int32_t n) { return n / 2 + n % 2; }
 
-/// Rounds to the nearest byte, halves up, and clamps.
+/// Rounds to the nearest byte, halves up, and clamps. NaN becomes 0.
 inline std::uint8_t rounded_to_byte(float value) {
-    const float clamped = std::clamp(value, 0.0F, 255.0F);
+    const float clamped = value > 0.0F ? (std::min)(value, 255.0F) : 0.0F;
     const auto whole = static_cast<std::int32_t>(clamped);
     return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }

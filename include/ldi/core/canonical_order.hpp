@@ -76,8 +76,8 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 /// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
-///            old order breaks ties; raises mismatch for any other number, invalid_data for NaN at the
-///            first pixel of a run
+///            old order breaks ties. Raises mismatch for any other number of values, invalid_data for NaN at the first pixel of a
+///            run
 ///
 /// While it runs, allocates 16 bytes per row of the lattice and 4 bytes per run.
 inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {

@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// within the window. The value is the middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
-/// The camera and the depth of a photo, and the extent of its hidden surfaces. Stages take these facts in addition to the layers.
+/// The camera and the depth of a photo, and the extent of its hidden surfaces. Stages accept the facts in addition to the layers.
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit

@@ -36,6 +36,7 @@ public:
 
     /// Adds the pixel side between a corner and the next one, which must be on the lattice. The side must not be present.
     void add(std::int32_t corner, side toward) {
+        LDI_ASSERT((present_[corner] & bit(toward)) == 0);
         if (present_[corner] == 0) used_.push_back(corner);
         present_[corner] |= bit(toward);
         const std::int32_t other = next(corner, toward);

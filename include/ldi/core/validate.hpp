@@ -74,8 +74,9 @@ inline std::optional<violation> validate(const graph_view& g) {
     return std::nullopt;
 }
 
-/// Raises mismatch if an invariant of `graph` does not hold, in release builds, too. Functions that follow the links of a view
-/// call it, because ldi does not own the view's memory. Linear time.
+/// Raises mismatch if an invariant of a view's graph does not hold, in release builds, too. Stages that follow the links of a
+/// view call this function, because ldi does not own the view's memory. Functions for single pixels, such as gather_window(), do
+/// not. Linear time.
 ///
 /// where  name of the function that requires the invariants
 inline void check_topology(const graph_view& g, std::string_view where) {

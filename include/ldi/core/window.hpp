@@ -40,6 +40,7 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
+/// g            valid (check_topology()); nothing checks it, because the check takes far longer than a window
 /// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads

@@ -77,7 +77,7 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 /// disparity  h x w x 1, finite, larger is nearer
 ///
 /// Raises mismatch for another number of channels, and invalid_option if the radius is not in [0, 64], or max_depth not in
-/// [0, 1]. Time grows with samples times radius; 16 bytes per sample.
+/// [0, 1]. Time is proportional to the number of samples times the radius. Memory is 16 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     detail::check_map(disparity, "level_dips");
     if (options.radius < 0 || options.radius > 64)

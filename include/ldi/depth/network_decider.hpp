@@ -68,8 +68,9 @@ public:
 private:
     /// Minimum difference between front and back. Smaller steps of estimated depth are often inside an object, such as a face.
     static constexpr float min_step = 0.1F;
-    /// Minimum size of an island, in pixels, per pixel of a depth sample's side length. An island is a group of connected pixels
-    /// on one side of a step, inside the band. Smaller islands change to the other side.
+    /// Minimum size of an island, in pixels, for depth samples that are one pixel wide. It grows in proportion to the width of a
+    /// depth sample. An island is a group of connected pixels on one side of a step, inside the band. Smaller islands change to
+    /// the other side.
     static constexpr double min_island_samples = 120;
     /// Weight of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.

@@ -36,7 +36,7 @@ struct vertex_attribute {
     buffer<float> values;      ///< V x channels, finite
 };
 
-/// Options of encode_glb(): what a file has beside the mesh.
+/// Options of encode_glb(): data to write in addition to the mesh and its textures, and the drawing of back sides.
 struct glb_options {
     /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
     /// absent, the file has no camera.

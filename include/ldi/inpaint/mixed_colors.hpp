@@ -192,8 +192,8 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
     if (!shares.empty() && shares.size() != layers.size())
-        raise(error_code::mismatch, "unmix_colors", "no shares, or " + std::to_string(layers.size()),
-              std::to_string(shares.size()));
+        raise(error_code::mismatch, "unmix_colors", "no shares, or " + std::to_string(layers.size()) + " shares",
+              std::to_string(shares.size()) + " shares");
     const auto& g = layers.topology();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);

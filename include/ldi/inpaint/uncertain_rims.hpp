@@ -105,7 +105,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// rims      result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
 ///           that rim_column marks
 /// contrast  mixed_color_options::contrast; raises invalid_option unless it is above 0. A pixel is restored if the foreground's
-///           color differs by less from the inpainted color
+///           color and the inpainted color differ by less than this contrast
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims, float contrast = mixed_color_options{}.contrast) {
     if (!(contrast > 0)) raise(error_code::invalid_option, "restore_rims", "a contrast above 0", detail::to_text(contrast));

@@ -52,8 +52,8 @@ struct photo_with_depth {
     std::string refused;  ///< text of the error if depth could not be used; the photo is still valid
 };
 
-/// Finds the depth map beside a photo by its name: for `photo.jpg`, `photo_depth` with the extension png, jpg, jpeg, pfm or npy.
-/// Returns an empty path if there is none.
+/// Finds the depth map beside a photo by its name: for `photo.jpg`, `photo_depth` with the extension png, jpg, jpeg, PNG, JPG,
+/// JPEG, pfm or npy, in this order. Returns an empty path if there is none.
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 
 /// Inverts a depth map of unknown direction if a network's estimate contradicts it, that is, if their correlation is -0.2 or

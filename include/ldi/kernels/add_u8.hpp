@@ -78,7 +78,7 @@ inline bool is_exact(const add_u8_data& sum, const buffer<std::uint8_t>& expecte
 /// exact   the addition in integers
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
-    check_available("prepare_add_u8", kernel.set);
+    check_available("prepare_add_u8", target);
     add_u8_data sum{kernel.set, exact};
     if (!kernel.has_float_form) return detail::prepared_from(sum);
     sum.is_float = true;

@@ -48,7 +48,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && !weights.empty() && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
-    check_available("pack_conv_f32", kernel.set);
+    check_available("pack_conv_f32", target);
     conv_f32_data packed;
     packed.target = kernel.set;
     packed.rows = rows;

@@ -62,7 +62,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
-    check_available("pack_conv_u8", kernel.set);
+    check_available("pack_conv_u8", target);
     conv_u8_data packed;
     packed.target = kernel.set;
     packed.rows = rows;

@@ -49,7 +49,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_data::taps && (stride == 1 || stride == 2));
     LDI_ASSERT(std::all_of(bias.begin(), bias.end(), [](std::int64_t b) { return std::abs(b) < std::int64_t{1} << 30; }));
     const isa wanted = find_kernel(depthwise_u8_kernels, target).set;
-    check_available("pack_depthwise_u8", wanted);
+    check_available("pack_depthwise_u8", target);
     depthwise_u8_data packed;
     packed.channels = bias.size();
     packed.stride = stride;

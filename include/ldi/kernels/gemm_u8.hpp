@@ -54,7 +54,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_data::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
-    check_available("pack_gemm_u8", kernel.set);
+    check_available("pack_gemm_u8", target);
     gemm_u8_data packed;
     packed.segments = segments;
     packed.inputs = weights.size() / (bias.size() * segments);

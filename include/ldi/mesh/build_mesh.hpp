@@ -31,7 +31,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///         depth is clamped to at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte
 ///         column. Where a hidden surface ends at a nearer one of similar depth, a strip extends the hidden surface behind the
 ///         nearer one, by at most as many pixels as the atlas's padding has texels. If the tolerances are no larger and the
-///         padding no smaller than their defaults, no camera within facts.motion then sees a gap
+///         padding no smaller than their defaults, cameras within facts.motion see almost no gaps (bench/quality/README.md)
 /// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts

@@ -74,10 +74,14 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                   " charts in the atlas, and " + std::to_string(layout.placements.size()) + " on " +
                   std::to_string(layout.sizes.size()) + " textures");
     check_mesh(mesh, 1);
-    for (const std::int32_t pixel : mesh.pixels)
+    for (const std::int32_t pixel : mesh.pixels) {
         if (pixel < 0 || pixel >= charts.chart_of.count())
             raise(error_code::mismatch, "move_to_sheets", "pixel indices below " + std::to_string(charts.chart_of.size()),
                   std::to_string(pixel));
+        if (charts.chart_of[pixel] < 0 || charts.chart_of[pixel] >= charts.charts.count())
+            raise(error_code::mismatch, "move_to_sheets", "chart indices below " + std::to_string(charts.charts.size()),
+                  std::to_string(charts.chart_of[pixel]));
+    }
     for (const auto& placement : layout.placements)
         if (static_cast<std::size_t>(placement.sheet) >= layout.sizes.size())
             raise(error_code::mismatch, "move_to_sheets", "sheets below " + std::to_string(layout.sizes.size()),

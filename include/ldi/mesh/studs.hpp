@@ -31,8 +31,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// charts    a partition of the pixels (make_charts)
 /// outlines  outlines of these charts (trace_outlines)
 ///
-/// Raises invalid_option, mismatch if an invariant of a view's graph does not hold or the arguments don't fit together, and
-/// invalid_data for disparities that are not finite.
+/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold or the arguments don't fit together;
+/// invalid_data for disparities that are not finite; and too_large for a bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {}) {
@@ -40,6 +40,7 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     const array_view<const float> disparity = layers.template column<disparity_column>();
     check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
+    detail::check_boxes(charts, "make_studs");
     detail::check_range(range, "make_studs");
     detail::check_disparities(disparity, "make_studs");
     if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||

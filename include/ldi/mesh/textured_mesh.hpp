@@ -108,8 +108,9 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
         const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
         if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
+            last.first_vertex > mesh.vertex_count() || last.first_triangle > mesh.triangle_count() ||
             (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
-            raise(error_code::invalid_data, "mesh", "consecutive parts that start at vertex 0 and triangle 0",
+            raise(error_code::invalid_data, "mesh", "consecutive parts of the mesh that start at vertex 0 and triangle 0",
                   "part " + std::to_string(t) + " from vertex " + std::to_string(first.first_vertex) + " to " +
                       std::to_string(last.first_vertex) + " and from triangle " + std::to_string(first.first_triangle) + " to " +
                       std::to_string(last.first_triangle));

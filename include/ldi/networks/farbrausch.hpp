@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <variant>
@@ -47,8 +48,9 @@ public:
     /// target   the instruction set to pack weights for; changes results only by rounding errors
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape. Raises
-    /// invalid_data for weights that are not finite, and unsupported for an architecture outside the limits of
-    /// detail::check_architecture().
+    /// invalid_data for weights that are not finite or a range without 0; unsupported for an architecture outside the limits of
+    /// detail::check_architecture() or weights whose quantization is not finite; and invalid_option for a target that is not
+    /// available.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -201,6 +203,8 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
     if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
         raise(error_code::mismatch, stage_name, "H x W x 3 colors and H x W x 1 marks of known colors",
               detail::shape_text(color) + " and " + detail::shape_text(known));
+    if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
+        raise(error_code::too_large, stage_name, "fewer than 2^31 pixels", detail::shape_text(color));
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());

@@ -43,7 +43,8 @@ public:
     /// target   the instruction set to pack weights for; results do not depend on it
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
-    /// invalid_data for weights that are not finite.
+    /// invalid_data for weights that are not finite or a range without 0; unsupported for weights whose quantization is not
+    /// finite; and invalid_option for a target that is not available.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
     /// Returns the results of the last layer, K x 2. Channel 0 is the logit of the front surface's share of the pixel;

@@ -103,7 +103,8 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization().
+    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization(). Raises mismatch if
+    /// the network maps an input of this size to another size.
     ///
     /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
@@ -133,7 +134,7 @@ public:
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
     /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' = network_size()
-    /// for sizes().details.
+    /// for sizes().details. Raises the errors of levels().
     ///
     /// photo     H x W x 3, red, green, blue, 0 to 255, of any size
     /// progress  receives the stage "depth estimation"
@@ -197,10 +198,15 @@ private:
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
     }
 
-    static void check_input(const image<std::uint8_t>& rgb) {
+    void check_input(const image<std::uint8_t>& rgb) const {
         if (rgb.size() == 0 || rgb.channels() != 3 || rgb.height() % alignment != 0 || rgb.width() % alignment != 0)
             raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
+        const tensor_size size{rgb.height(), rgb.width()}, result = network_.output_size(size);
+        if (result != size)
+            raise(error_code::mismatch, "depth network",
+                  "a result as large as the input, " + std::to_string(size.width) + " x " + std::to_string(size.height),
+                  std::to_string(result.width) + " x " + std::to_string(result.height));
     }
 
     /// Disparity of each 8-bit output. If the network outputs disparity, values of at most 0 become half a quantization step,

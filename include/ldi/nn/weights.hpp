@@ -6,14 +6,17 @@
 #include <ldi/base/named_tensors.hpp>
 #include <ldi/base/printable.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <numeric>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -58,12 +61,11 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
 /// Raises mismatch for the first tensor that is not among `names`.
 template <class Names>
 void check_no_others(const named_tensors& from, const Names& names) {
-    for (const auto& [name, values] : from.tensors) {
-        bool is_named = false;
-        for (const auto& known : names) is_named = is_named || known == name;
-        if (!is_named)
+    std::vector<std::string_view> sorted(std::begin(names), std::end(names));
+    std::sort(sorted.begin(), sorted.end());
+    for (const auto& [name, values] : from.tensors)
+        if (!std::binary_search(sorted.begin(), sorted.end(), std::string_view(name)))
             raise(error_code::mismatch, tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
-    }
 }
 
 }}  // namespace ldi

@@ -125,7 +125,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
     for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
-            if (!is_inside || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
+            if (!is_inside || !is_side(d.toward_front) || g.x()[d.back] + step_x(d.toward_front) != g.x()[d.front] ||
                 g.y()[d.back] + step_y(d.toward_front) != g.y()[d.front] || g.neighbor(d.back, d.toward_front) != no_pixel ||
                 disparity[d.front] < disparity[d.back])
                 refuse(c, "a side between pixels " + std::to_string(d.back) + " and " + std::to_string(d.front));
@@ -147,9 +147,10 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// Raises invalid_option for a density outside [0, 2].
 ///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
-/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained: even there, the
-/// disparity step is as large as the threshold, so a camera that moves along the curve sees behind the front surface past the
-/// end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. At such an end, the
+/// disparity step is still as large as the threshold, so a camera that moves along the curve uncovers some of the back surface
+/// past the end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500
+/// per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {

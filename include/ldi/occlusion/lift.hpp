@@ -105,7 +105,7 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 /// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
 ///
 /// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold below 0 or NaN;
-/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 33 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {

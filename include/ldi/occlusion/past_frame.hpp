@@ -95,14 +95,14 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion below 0 or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ in
-/// size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the layers
-/// are empty. Linear time.
+/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ
+/// in size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
+/// layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
-    if (!(facts.motion >= 0))
-        raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
+    if (!(facts.motion >= 0) || std::isinf(facts.motion))
+        raise(error_code::invalid_option, "photo_facts::motion", "0 or more, finite", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
     const std::int32_t columns = layers.topology().width(), rows = layers.topology().height();
     if (facts.margin != 0 || facts.camera.width != columns || facts.camera.height != rows)

@@ -62,7 +62,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, long side at most options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> resampled;      ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
     image<float> disparity;      ///< H x W x 1, cleaned disparity
     image<std::uint8_t> shares;  ///< H x W x 1 or empty: decided_depth::shares
     depth_range range;           ///< distances at disparity 1 and 0

@@ -28,8 +28,7 @@ inline bool has_gaps(const rendering& seen) {
 /// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the far
 /// outline pixels: those in the lower half of the outline's range of inverse depth. A gap at the picture's edge lies beyond the
 /// photo's border, where near surfaces continue as well, and uses its whole outline. A rendering without a covered pixel becomes
-/// black. Raises mismatch unless the three images have the
-/// shapes that `rendering` documents.
+/// black. Raises mismatch unless the three images have the shapes that `rendering` documents.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------

@@ -61,7 +61,11 @@ public:
           kind_of_(kind_of.data()),
           color_(color.data()),
           kind_(kind.data()),
-          stride_(static_cast<std::ptrdiff_t>(kind.width())) {}
+          stride_(static_cast<std::ptrdiff_t>(kind.width())) {
+        LDI_ASSERT(colors.size() == 3 * g.size() && kind_of.size() == g.size());
+        LDI_ASSERT(color.channels() == 3 && kind.channels() == 1);
+        LDI_ASSERT(color.height() == kind.height() && color.width() == kind.width());
+    }
 
     /// Draws and pads a chart.
     ///

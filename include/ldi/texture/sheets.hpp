@@ -35,8 +35,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch unless the atlas has this padding around the chart.
+/// Raises mismatch unless the atlas has a color and a kind for every texel, and this padding around the chart.
 inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+    if (atlas.color.channels() != 3 || atlas.kind.channels() != 1 || atlas.color.height() != atlas.kind.height() ||
+        atlas.color.width() != atlas.kind.width())
+        raise(error_code::mismatch, "sheets", "an atlas of H x W x 3 colors and H x W x 1 kinds",
+              shape_text(atlas.color) + " and " + shape_text(atlas.kind));
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
@@ -45,6 +49,16 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
               "a chart of " + std::to_string(shape.width) + " x " + std::to_string(shape.height) + " at (" +
                   std::to_string(in_atlas.x) + ", " + std::to_string(in_atlas.y) + ") in an atlas of " +
                   std::to_string(atlas.kind.width()) + " x " + std::to_string(atlas.kind.height()));
+}
+
+/// Raises mismatch unless the rectangle lies on a sheet of this size.
+inline void check_room(const atlas_rectangle& room, rectangle_size sheet) {
+    if (room.x < 0 || room.y < 0 || room.width < 0 || room.height < 0 || std::int64_t{room.x} + room.width > sheet.width ||
+        std::int64_t{room.y} + room.height > sheet.height)
+        raise(error_code::mismatch, "sheets",
+              "a place on a sheet of " + std::to_string(sheet.width) + " x " + std::to_string(sheet.height),
+              std::to_string(room.width) + " x " + std::to_string(room.height) + " at (" + std::to_string(room.x) + ", " +
+                  std::to_string(room.y) + ")");
 }
 
 }  // namespace detail
@@ -157,6 +171,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
         if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
         detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
+        detail::check_room(layout.placements[c].room, size);
         const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
                                             photo);
         parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {

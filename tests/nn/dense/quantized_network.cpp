@@ -382,7 +382,7 @@ TEST_CASE("invalid network descriptions are refused, and the error names the ten
     });
 }
 
-TEST_CASE("depthwise biases of 2^30 and more are refused, and smaller ones saturate the result") {
+TEST_CASE("depthwise biases of 2^30 and more are refused, and a bias of 2^30 - 1 saturates the result") {
     constexpr std::int32_t limit = 1 << 30;
     random_source random{std::mt19937(5)};
     ldi::network_description network{"input", 4, {0.01F, 128}, {}, 1};

@@ -2,6 +2,7 @@
 #include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/restrict_plan.hpp>
 
+#include "tests/support/counted_memory.hpp"
 #include "tests/support/errors.hpp"
 #include "tests/support/random_features.hpp"
 #include "tests/support/random_graph.hpp"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <random>
 #include <type_traits>
 #include <utility>
@@ -102,4 +104,21 @@ TEST_CASE("a moved-from subset is empty") {
     const pixel_subset other = std::move(subset);
     CHECK((other.size() == 2 && other.row_of().size() == 3));
     CHECK((subset.size() == 0 && subset.row_of().empty()));  // NOLINT(bugprone-use-after-move)
+}
+
+TEST_CASE("if memory runs out during an assignment, the subset stays unchanged") {
+    testing::counted_memory memory;
+    const memory_scope scope(memory.source);
+    pixel_subset assigned = pixel_subset::marked(marks(10, std::uint8_t{1}));
+    const pixel_subset large = pixel_subset::marked(marks(1000, std::uint8_t{1}));
+    const std::size_t before = memory.calls;
+    for (const std::size_t allowed : {0, 1}) {
+        memory.calls = 0, memory.most = allowed;
+        CHECK_THROWS_AS(assigned = large, std::bad_alloc);
+        CHECK(assigned.size() == 10);
+        CHECK(assigned.row_of().size() == 10);
+    }
+    memory.calls = before, memory.most = static_cast<std::size_t>(-1);
+    assigned = large;
+    CHECK(assigned.row_of() == large.row_of());
 }

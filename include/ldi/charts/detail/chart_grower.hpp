@@ -44,7 +44,7 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 
 /// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
 /// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
-/// `side` / L, because the pieces of a winding chart together are as long as the whole chart.
+/// `side` / L: about L / `side` pieces cover a winding chart, and each piece's box has (`side` / L)^2 of the area.
 inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
     for (const chart& c : charts.charts) {

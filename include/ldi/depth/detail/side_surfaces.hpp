@@ -36,10 +36,10 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// Maximum deviation of a pixel's disparity from the disparity of its side, toward the other side, as a share of the step.
-    /// Applies to pixels that no disparity from outside the band reaches: within this deviation, they keep their own disparity.
+    /// Limit for pixels that no disparity from outside the band reaches, as a share of the step. Such a pixel keeps its own
+    /// disparity if that deviates from the disparity of the pixel's side, toward the other side, by at most this limit.
     static constexpr float tolerance = 0.2F;
-    /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
+    /// Maximum squared distance of an island from the nearest curve, in squared pixels. An island farther away is not part of a
     /// silhouette, and changes sides regardless of its size.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;

@@ -101,7 +101,7 @@ private:
         const auto [place, is_new] = costs_.try_emplace(id);
         cost& c = place->second;
         if (!is_new) {
-            if (!c.is_known) broken("a picture that is made of itself");
+            if (!c.is_known) broken("a picture that contains itself");
             return c;
         }
         read_properties(item->second, c);

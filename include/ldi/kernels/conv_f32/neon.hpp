@@ -47,7 +47,7 @@ struct conv_f32_set {
                                               float32x4_t sums, float ratio) {
         const float32x4_t value = vfmaq_f32(load(out.bias + from), sums, vdupq_n_f32(ratio));
         const float32x4_t finite = vmaxq_f32(vdupq_n_f32(out.lowest), value);
-        // ignores NaN (infinity * 0)
+        // vmaxnmq returns the other operand if the product is NaN (infinity * 0).
         const float32x4_t activated = vmaxnmq_f32(vmulq_n_f32(finite, out.negative_slope), finite);
         store_first(out.values + pixel * out.stride + from, activated, out.count - from);
     }

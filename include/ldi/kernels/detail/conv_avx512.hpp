@@ -166,8 +166,7 @@ template <class Kernel, class Output>
 ///     group                                      inputs per multiplication
 ///     load(input), load_rest(input, count)       load a group of inputs, or fewer
 ///     multiply_add(vectors, sums, inputs, weights)  adds the products of one group
-///     finisher(output, from, existing)           class that converts sums and a ratio to results, for outputs `from` and
-///     following
+///     finisher(output, from, existing)           class that converts sums and a ratio to results, starting with output `from`
 template <class Kernel>
 struct conv_tiles {
     static constexpr detail::panel_layout layout{Kernel::group, conv_half, 5};

@@ -101,7 +101,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. The halves of negative values must round down, away from zero, so 1 is first subtracted from them.
+    /// srshl rounds halves up. Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }

@@ -54,7 +54,7 @@
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)
 #define LDI_NEON_FEATURES "dotprod"
-#elif __ARM_ARCH >= 9  // g++ warns about its own macro if the architecture is lowered
+#elif __ARM_ARCH >= 9  // with armv8.2-a, a lower architecture, g++ would warn about a macro of its own
 #define LDI_NEON_FEATURES "+dotprod"
 #else
 #define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"

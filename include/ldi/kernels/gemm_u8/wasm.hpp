@@ -1,8 +1,9 @@
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16-bit values in each of 4 lanes, exactly.
 //
-// The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
-// the panel's vectors share. V8 has 15 registers to allocate, and moves all loads to the front of the loop. A tile therefore has
-// at most 14 live vectors: 8 of sums, 2 of weights and 4 of inputs.
+// Except for single outputs (generic/single_output.hpp), the kernel first widens to 16 bits as many pixels as fit in the
+// first-level cache. A load then broadcasts two inputs, which the panel's vectors share. V8 has 15 registers to allocate, and
+// moves all loads to the front of the loop. A tile therefore has at most 14 live vectors: 8 of sums, 2 of weights and 4 of
+// inputs.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_wasm.hpp>

@@ -4,9 +4,11 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/camera.hpp>
 
 #include <cmath>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -21,6 +23,14 @@ inline void check_range(const depth_range& range, const char* where) {
 inline void check_disparities(array_view<const float> disparity, const char* where) {
     for (const float d : disparity)
         if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
+}
+
+inline void check_boxes(const chart_set& charts, const char* where) {
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, where,
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
 }
 
 }}}  // namespace ldi::detail

@@ -209,22 +209,37 @@ private:
         for (std::int32_t p = 0; p < above.count(); ++p)
             if (known_[p] == 0 && (above[p] == no_pixel || !fill_above.has(above[p]))) alone_.push_back(p);
         alone_colors_ = masked_colors(alone_.size());
-        buffer<std::int32_t> waiting(alone_.size()), next, reached;
-        for (std::int32_t i = 0; i < alone_.count(); ++i) waiting[i] = i;
+        buffer<std::int32_t> candidates(alone_.size()), reached;
+        for (std::int32_t i = 0; i < alone_.count(); ++i) candidates[i] = i;
         masked_colors found(alone_.size());
-        for (bool advances = true; advances; waiting.swap(next)) {
-            next.clear(), reached.clear();
-            for (const std::int32_t i : waiting) {
+        buffer<std::uint8_t> is_candidate(alone_.size());  // in a later wave than the first
+        while (!candidates.empty()) {
+            reached.clear();
+            for (const std::int32_t i : candidates) {
                 masked_color sum{};
                 for (const side s : all_sides)
                     if (const std::int32_t n = graph_.neighbor(alone_[i], s); n != no_pixel)
                         sum = sum + base_color(n, fill_above);
                 found.set(i, average_of(sum));
-                (found.has(i) ? reached : next).push_back(i);
+                if (found.has(i)) reached.push_back(i);
             }
             for (const std::int32_t i : reached) alone_colors_.set(i, found[i]);
-            advances = !reached.empty();
+            candidates.clear();
+            for (const std::int32_t i : reached)
+                for (const side s : all_sides) {
+                    const std::int32_t n = graph_.neighbor(alone_[i], s);
+                    const std::int32_t next = n == no_pixel ? no_pixel : find_alone(n);
+                    if (next == no_pixel || alone_colors_.has(next) || is_candidate[next] != 0) continue;
+                    is_candidate[next] = 1;
+                    candidates.push_back(next);
+                }
         }
+    }
+
+    /// Returns the index of a pixel in alone_, or no_pixel.
+    std::int32_t find_alone(std::int32_t pixel) const noexcept {
+        const auto found = std::lower_bound(alone_.begin(), alone_.end(), pixel);
+        return found != alone_.end() && *found == pixel ? static_cast<std::int32_t>(found - alone_.begin()) : no_pixel;
     }
 
     /// Returns the color of a pixel before averaging with its neighbors.
@@ -232,9 +247,8 @@ private:
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
         if (above != no_pixel && fill_above.has(above)) return fill_above[above];
-        const auto found = std::lower_bound(alone_.begin(), alone_.end(), pixel);
-        return found != alone_.end() && *found == pixel ? alone_colors_[static_cast<std::int32_t>(found - alone_.begin())]
-                                                        : masked_color{};
+        const std::int32_t found = find_alone(pixel);
+        return found != no_pixel ? alone_colors_[found] : masked_color{};
     }
 
     /// Mean of all known colors, for surfaces that no link connects to a known color.

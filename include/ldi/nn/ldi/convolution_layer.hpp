@@ -38,8 +38,8 @@ public:
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs, 1 or more
     ///
-    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of
-    /// weights is a positive multiple of outputs * kernel_size * kernel_size.
+    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size and the target is available. Raises mismatch
+    /// unless the number of weights is a positive multiple of outputs * kernel_size * kernel_size.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}

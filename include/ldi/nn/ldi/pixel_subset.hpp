@@ -20,6 +20,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Pixels of a subset, and the index of each pixel in the subset. Subsets are immutable, so their indices stay valid.
 class pixel_subset {
 public:
+    pixel_subset() = default;
+    pixel_subset(const pixel_subset&) = default;
+    pixel_subset(pixel_subset&&) noexcept = default;
+    pixel_subset& operator=(const pixel_subset& other) { return *this = pixel_subset(other); }  // unchanged if memory runs out
+    pixel_subset& operator=(pixel_subset&&) noexcept = default;
+
     /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;

@@ -71,17 +71,16 @@ public:
     grown_pixels run() {
         pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
         const std::int32_t last = graph_.height() - 1;
-        strips before, here;
+        left_strips_.resize(left_.pixels.size()), right_strips_.resize(right_.pixels.size());
         buffer<line> lines;
         for (std::int32_t y = 0; y <= last; ++y) {
             find_lines(y, lines);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
             const std::int32_t begin = pixels_.next();
-            add_row(lines, y, before, here);
+            add_row(lines, y);
             for (std::int32_t c = 0; c < above.count(); ++c)
                 if (above[c] != no_pixel) pixels_.link_down(above[c], begin + c);
-            std::swap(before, here);
             if (y < last) continue;
             buffer<std::int32_t> row(static_cast<std::size_t>(pixels_.next() - begin), unset);
             std::iota(row.begin(), row.end(), begin);
@@ -116,11 +115,7 @@ private:
     };
     /// The new pixels beside a border pixel, in its row.
     struct strip {
-        std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
-    };
-    /// All strips of one row.
-    struct strips {
-        buffer<strip> left, right;
+        std::int32_t nearest = 0, count = 0;  ///< nearest: new index of the pixel next to the border pixel
     };
 
     std::int32_t left_of(const pixel_run& r) const { return graph_.x()[r.first] == 0 ? left_.reach[left_.find(r.first)] : 0; }
@@ -153,31 +148,31 @@ private:
         }
     }
 
-    void add_row(const buffer<line>& lines, std::int32_t y, const strips& before, strips& here) {
-        here.left.clear(), here.right.clear();
+    void add_row(const buffer<line>& lines, std::int32_t y) {
         for (const line& l : lines) {
             const std::int32_t begin = pixels_.next();
             left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
             pixels_.add_piece(l.left);
             for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, shown_left_[k - 1]);
-            if (l.left > 0) link_strip({l.first, pixels_.next() - 1, l.left}, -1, before.left, here.left);
+            if (l.left > 0) link_strip(l.first, {pixels_.next() - 1, l.left}, -1, left_, left_strips_);
             pixels_.add_old(l.first, l.last, y);
             pixels_.add_piece(l.right);
             const std::int32_t nearest = pixels_.next();
             for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]);
-            if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
+            if (l.right > 0) link_strip(l.last, {nearest, l.right}, 1, right_, right_strips_);
             pixels_.link_row(begin);
         }
     }
 
     /// Links a strip to the strip that belongs to the pixel above its border pixel, as far as both strips reach. `step` is the
     /// difference in index to the next pixel outward.
-    void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
-        here.push_back(s);
-        const std::int32_t above = graph_.up()[s.border];
-        for (const strip& other : before)
-            for (std::int32_t k = 0; other.border == above && k < (std::min)(s.count, other.count); ++k)
-                pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
+    void link_strip(std::int32_t border, strip s, std::int32_t step, const border_side& from, buffer<strip>& strips) {
+        strips[from.find(border)] = s;
+        const std::int32_t above = graph_.up()[border];
+        if (above == no_pixel) return;
+        const strip other = strips[from.find(above)];
+        for (std::int32_t k = 0; k < (std::min)(s.count, other.count); ++k)
+            pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
     }
 
     /// Adds the rows of new pixels above the photo, or those below it.
@@ -263,6 +258,7 @@ private:
     buffer<pixel_run> runs_;
     buffer<std::size_t> first_run_;  // index of each row's first run
     border_side left_, right_, top_, bottom_;
+    buffer<strip> left_strips_, right_strips_;  // per border pixel; without new pixels, count is 0
     frame_pixels pixels_;
     buffer<repainted_pixel> repainted_;
     buffer<std::int32_t> shown_left_, shown_right_, path_;  // reused for every row

@@ -70,7 +70,7 @@ private:
     /// Distance in pixels from the end of a surface or from a refilled pixel. Within this distance, a pixel that looks unmixed
     /// may contain a rim of another surface, which only the full-size photo shows. Tuned by experiment.
     static constexpr std::int32_t guarded = 2;
-    /// Search distance for that other surface, in pixels.
+    /// Maximum distance, in rows and columns, at which color_beside() searches for the color of the other surface.
     static constexpr std::int32_t reach = 3;
 
     bool is_in_photo(std::int32_t x, std::int32_t y) const {

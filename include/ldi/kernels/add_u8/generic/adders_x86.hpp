@@ -31,8 +31,8 @@ struct integer_adder {
           zero_point(LDI_LANES(set1_epi16)(static_cast<short>(sum.exact.zero_point))),
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
-    /// Returns sums without the zero point. A shift that adds half rounds halves up. The halves of negative values must round
-    /// down, away from zero, so 1 is first subtracted from these values.
+    /// Returns sums without the zero point. To divide by a power of two, adds one half and shifts, which rounds halves up.
+    /// Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
