@@ -15478,9 +15478,9 @@ struct aligned_silhouettes {
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         alignment_options scaled = options;
         scaled.uncertainty *= depth.sample_size;
-        constexpr float far = 0x1p40F;  // longer than any silhouette
+        constexpr float longest = 0x1p40F;  // longer than any silhouette
         const float min_length = depth.sample_size * detail::nearest_float(scaled.min_length);
-        scaled.min_length = static_cast<std::size_t>(detail::nearest_whole(double{(std::min)(min_length, far)}));
+        scaled.min_length = static_cast<std::size_t>(detail::nearest_whole(double{(std::min)(min_length, longest)}));
         align_silhouettes(depth.disparity, depth.photo, depth.surface, scaled, threads);
         return {std::move(depth.disparity), {}};
     }
