@@ -202,6 +202,9 @@ inline bool batch::claim_outputs(const photo_files& names) {
 inline void batch::load(batch_job& job) {
     const auto take = [&](const std::filesystem::path& file) {
         std::error_code unknown;
+        const std::filesystem::file_status status = std::filesystem::status(file, unknown);
+        if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+            raise(error_code::file_access, file.string(), "a file", "a folder, a pipe or a device");
         const std::uintmax_t size = std::filesystem::file_size(file, unknown);
         if (!unknown) job.memory.grow(*budget_, job.memory.bytes() + static_cast<std::size_t>(size), file.string());
         return read_file(file);

@@ -132,7 +132,7 @@ private:
     }
     [[noreturn]] void fail(const char* expected) const {
         const int reason = errno;
-        raise(reason == EPIPE ? error_code::unavailable : error_code::file_access, name_, expected, system_reason(reason));
+        raise_system_error(reason, name_, expected);
     }
 
     std::string name_;

@@ -284,6 +284,20 @@ TEST_CASE("TIFF entries that share bytes count once per reference toward the mem
                                   100'000);
     CHECK(raised([&] { decode_photo(tile); }) == error_code::too_large);
     CHECK(*peak_memory([&] { decode_photo(tile); }) < 20 * megabyte);
+
+    // 64 tiles, of which only the first row is inside the picture
+    const byte_string high_tiles = tiff({{256, 4, 1, 1024},
+                                         {257, 4, 1, 1},
+                                         {258, 3, 1, 8},
+                                         {259, 3, 1, 32773},
+                                         {262, 3, 1, 1},
+                                         {277, 3, 1, 1},
+                                         {322, 4, 1, 16},
+                                         {323, 4, 1, 2'000'000},
+                                         {324, 4, 64, 1000},
+                                         {325, 4, 64, 2000}},
+                                        100'000);
+    CHECK_THROWS_WITH(decode_photo(high_tiles), Catch::Contains("64 tiles of 16 x 2000000"));
 }
 
 #endif

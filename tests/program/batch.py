@@ -155,6 +155,10 @@ def bad_photos():
         errors = {name: line["error"] for name, line in lines.items() if "error" in line}
         check("bad photos have error codes", {name: e["code"] for name, e in errors.items()} == {"photos/cut.png": "invalid data", "photos/empty.jpg": "invalid data", "photos/lonely.png": "file access", "nowhere": "file access", "none.jsonl": "file access"}, errors)
         check("bad photos are not to be tried again", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
+        os.mkfifo(f / "pipe.png")
+        f.write("listed.jsonl", b'"pipe.png"\n"/dev/zero"\n"photos/a.png"\n')
+        lines = f.batch("listed.jsonl", "-o", "listed", given_depth=False, code=NEVER)
+        check("pipes and devices are refused, and the batch continues", [lines[name].get("error", {}).get("code") for name in ("pipe.png", "/dev/zero", "photos/a.png")] == ["file access", "file access", None], lines)
         lines = f.batch("photos/a.png", "photos/b.png", "photos/../photos/a.png", "-o", "out", code=NEVER)
         check("a photo that is named twice is refused the second time", [line.get("error", {}).get("code") for line in sorted(lines.values(), key=lambda line: line["index"])] == [None, None, "invalid option"], lines)
         os.mkdir(f / "full")

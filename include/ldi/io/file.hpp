@@ -147,8 +147,11 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     const std::filesystem::path target = follow_links(path), folder = target.parent_path();
     if (!std::filesystem::is_directory(folder, failure))
         raise(error_code::file_access, path.string(), expected, "no folder " + folder.string());
-    if (exists && !std::fstream(target, std::ios::binary | std::ios::in | std::ios::out))
+    errno = 0;
+    if (exists && !std::fstream(target, std::ios::binary | std::ios::in | std::ios::out)) {
+        if (may_succeed_later(errno)) raise_system_error(errno, path, expected);
         raise(error_code::file_access, path.string(), expected, "a protected file");
+    }
     const std::filesystem::path temporary = detail::temporary_name(folder);
     // The permissions of an existing file may be narrower than the default. Nobody else may open the temporary file before it
     // gets these permissions.

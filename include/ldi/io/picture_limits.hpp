@@ -21,7 +21,7 @@ struct picture_limits {
     /// Additional memory per byte of the file, for large photos: the file of a 200-megapixel photo is tens of megabytes long.
     std::size_t max_memory_per_byte = 40;
     /// Maximum number of samples that all scans together may process; a billion samples take one to four seconds. A progressive
-    /// JPEG file codes each channel in several scans, about ten in total. A HEIC file may use one tile many times.
+    /// JPEG file codes each channel in several scans, about ten in total. A HEIC or TIFF file may use one tile many times.
     std::uint64_t max_scanned_samples = 1'500'000'000;
 };
 
