@@ -18515,8 +18515,12 @@ private:
         }
     }
 
-    /// Links a strip to the strip that belongs to the pixel above its border pixel, as far as both strips reach. `step` is the
-    /// difference in index to the next pixel outward.
+    /// Stores a border pixel's strip in `strips`, and links it to the strip of the border pixel above, as far as both strips
+    /// reach.
+    ///
+    /// step    difference in index to the next pixel outward: -1 or 1
+    /// from    the side of the border pixel
+    /// strips  the strips of this side's border pixels
     void link_strip(std::int32_t border, strip s, std::int32_t step, const border_side& from, buffer<strip>& strips) {
         strips[from.find(border)] = s;
         const std::int32_t above = graph_.up()[border];
@@ -21441,12 +21445,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch unless the atlas has a color and a kind for every texel, and this padding around the chart.
-inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+/// Raises mismatch unless the atlas has a color and a kind for every texel.
+inline void check_texels(const texture_atlas& atlas) {
     if (atlas.color.channels() != 3 || atlas.kind.channels() != 1 || atlas.color.height() != atlas.kind.height() ||
         atlas.color.width() != atlas.kind.width())
         raise(error_code::mismatch, "sheets", "an atlas of H x W x 3 colors and H x W x 1 kinds",
               shape_text(atlas.color) + " and " + shape_text(atlas.kind));
+}
+
+/// Raises mismatch unless the atlas has this padding around the chart.
+inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
@@ -21505,6 +21513,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of " + std::to_string(charts.charts.size()) + " charts",
               std::to_string(atlas.placements.size()) + " charts");
+    detail::check_texels(atlas);
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
@@ -21572,6 +21581,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
               "sheet " + std::to_string(sheet) + ", " + std::to_string(charts.charts.size()) + " charts, " +
                   std::to_string(atlas.placements.size()) + " placements, " + detail::shape_text(photo) + " and " +
                   detail::shape_text(worked_on));
+    detail::check_texels(atlas);
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {

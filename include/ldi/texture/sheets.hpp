@@ -35,12 +35,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch unless the atlas has a color and a kind for every texel, and this padding around the chart.
-inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+/// Raises mismatch unless the atlas has a color and a kind for every texel.
+inline void check_texels(const texture_atlas& atlas) {
     if (atlas.color.channels() != 3 || atlas.kind.channels() != 1 || atlas.color.height() != atlas.kind.height() ||
         atlas.color.width() != atlas.kind.width())
         raise(error_code::mismatch, "sheets", "an atlas of H x W x 3 colors and H x W x 1 kinds",
               shape_text(atlas.color) + " and " + shape_text(atlas.kind));
+}
+
+/// Raises mismatch unless the atlas has this padding around the chart.
+inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
@@ -99,6 +103,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of " + std::to_string(charts.charts.size()) + " charts",
               std::to_string(atlas.placements.size()) + " charts");
+    detail::check_texels(atlas);
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
@@ -166,6 +171,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
               "sheet " + std::to_string(sheet) + ", " + std::to_string(charts.charts.size()) + " charts, " +
                   std::to_string(atlas.placements.size()) + " placements, " + detail::shape_text(photo) + " and " +
                   detail::shape_text(worked_on));
+    detail::check_texels(atlas);
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {

@@ -102,9 +102,7 @@ struct opened_tiff {
         budget.charge(2 * listed, where, "a directory of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
         file = open_tiff(memory, budget.left());
         if (!file) broken(where);
-        read_header(where);
-        budget.charge(header, where);
-        charge_tiles(budget, where);
+        charge_header(budget, where);
     }
 
     opened_tiff(const opened_tiff&) = delete;  // libtiff keeps the address of `memory`
@@ -118,7 +116,8 @@ struct opened_tiff {
     }
 
 private:
-    void read_header(const std::string& where) {
+    /// Reads the directory into `header`, and charges the cost of decoding.
+    void charge_header(decoding_budget& budget, const std::string& where) {
         std::uint32_t width = 0, height = 0, kind = 0;
         const void* data = nullptr;
         TIFFGetField(file.get(), TIFFTAG_SUBFILETYPE, &kind);
@@ -144,23 +143,17 @@ private:
         const double part = nearest_double(is_tiled ? TIFFTileSize64(file.get()) : TIFFStripSize64(file.get()));
         header.more_memory = nearest_double(memory.bytes.size()) + 2 * part * (layout == PLANARCONFIG_CONTIG ? 1 : 4) +
                              4 * nearest_double(tile_width) * nearest_double(tile_height);
-    }
-
-    /// Charges the samples of all tiles. libtiff decodes whole tiles, even if most of a tile lies outside the picture, and
-    /// several tiles may share the same bytes of the file.
-    void charge_tiles(decoding_budget& budget, const std::string& where) const {
-        if (TIFFIsTiled(file.get()) == 0) return;
-        std::uint32_t width = 0, height = 0;
-        std::uint16_t channels = 1, layout = PLANARCONFIG_CONTIG;
-        TIFFGetField(file.get(), TIFFTAG_TILEWIDTH, &width);
-        TIFFGetField(file.get(), TIFFTAG_TILELENGTH, &height);
+        budget.charge(header, where);
+        if (!is_tiled) return;
+        // libtiff decodes whole tiles, even if most of a tile lies outside the picture, and several tiles may share the same
+        // bytes of the file.
+        std::uint16_t channels = 1;
         TIFFGetFieldDefaulted(file.get(), TIFFTAG_SAMPLESPERPIXEL, &channels);
-        TIFFGetFieldDefaulted(file.get(), TIFFTAG_PLANARCONFIG, &layout);
         const std::uint32_t tiles = TIFFNumberOfTiles(file.get());  // of all planes, if each channel is a separate plane
-        budget.charge_samples(nearest_double(tiles) * nearest_double(width) * nearest_double(height) *
-                                  (layout == PLANARCONFIG_CONTIG ? nearest_double(channels) : 1.0),
-                              where,
-                              std::to_string(tiles) + " tiles of " + std::to_string(width) + " x " + std::to_string(height));
+        budget.charge_samples(
+            nearest_double(tiles) * nearest_double(tile_width) * nearest_double(tile_height) *
+                (layout == PLANARCONFIG_CONTIG ? nearest_double(channels) : 1.0),
+            where, std::to_string(tiles) + " tiles of " + std::to_string(tile_width) + " x " + std::to_string(tile_height));
     }
 };
 

@@ -164,8 +164,12 @@ private:
         }
     }
 
-    /// Links a strip to the strip that belongs to the pixel above its border pixel, as far as both strips reach. `step` is the
-    /// difference in index to the next pixel outward.
+    /// Stores a border pixel's strip in `strips`, and links it to the strip of the border pixel above, as far as both strips
+    /// reach.
+    ///
+    /// step    difference in index to the next pixel outward: -1 or 1
+    /// from    the side of the border pixel
+    /// strips  the strips of this side's border pixels
     void link_strip(std::int32_t border, strip s, std::int32_t step, const border_side& from, buffer<strip>& strips) {
         strips[from.find(border)] = s;
         const std::int32_t above = graph_.up()[border];
