@@ -544,10 +544,12 @@ TEST_CASE("inpainting refuses images, masks and flags of requested pixels that d
     for (const auto* const mask : {&known, &narrow, &rgb})
         CHECK(testing::raised([&] { network.inpaint(color, *mask); }) == error_code::mismatch);
     CHECK(testing::raised([&] { network.inpaint(gray, gray); }) == error_code::mismatch);
-    std::uint8_t one = 0;  // nothing is read from these views
-    const std::size_t width = (std::size_t{1} << 32) + 8;
-    const image_view<const std::uint8_t> wide(&one, 1, width, 3), wide_mask(&one, 1, width, 1);
-    CHECK(testing::raised([&] { network.inpaint(wide, wide_mask); }) == error_code::too_large);
+    if constexpr (sizeof(std::size_t) > 4) {  // 32-bit systems cannot have such views
+        std::uint8_t one = 0;                 // nothing is read from these views
+        const std::size_t width = std::size_t{1} << 31;
+        const image_view<const std::uint8_t> wide(&one, 1, width, 3), wide_mask(&one, 1, width, 1);
+        CHECK(testing::raised([&] { network.inpaint(wide, wide_mask); }) == error_code::too_large);
+    }
     const photo_layers layers(make_grid(8, 8));
     for (const std::size_t count : {std::size_t{0}, std::size_t{63}, std::size_t{65}}) {
         const buffer<std::uint8_t> wanted(count, std::uint8_t{1});
