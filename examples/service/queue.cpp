@@ -8,24 +8,19 @@
 #include "../photo3d/spare_memory.hpp"
 #include "../photo3d/usage_error.hpp"
 #include "broker.hpp"
+#include "line_file.hpp"
 #include "message.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/io/system_error.hpp>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -112,54 +107,6 @@ void submit(const queue_options& options) {
     to.finish();
     write_line({{"job", options.job}, {"photos", photos}, {"messages", to.count()}, {"seconds", seconds_since(begun)}});
 }
-
-/// A file to which documents are appended, one per line. Adds the identifiers of those that it already contains to `seen`.
-class line_file {
-public:
-    /// Opens the file. Raises file_access, invalid_data, unavailable.
-    line_file(const std::filesystem::path& path, std::unordered_set<std::string>& seen)
-        : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
-        if (file_ < 0) fail();
-        std::ifstream written(path);
-        off_t whole = 0;
-        for (line_reader lines(written); lines.next() && lines.has_end(); ++count_) {
-            const std::optional<nlohmann::ordered_json> document = parse_document(lines.text());
-            if (!document)
-                raise(error_code::invalid_data, path.string() + ", line " + std::to_string(lines.number()),
-                      "a document that this program has written",
-                      "\"" + lines.text().substr(0, 200) + "\" (to start over, name another file)");
-            whole += static_cast<off_t>(lines.text().size()) + 1;
-            seen.insert(id_of(*document));
-        }
-        if (ftruncate(file_, whole) != 0) fail();  // removes an incomplete last line: its message was not acknowledged
-    }
-    ~line_file() { ::close(file_); }
-    line_file(const line_file&) = delete;
-    line_file& operator=(const line_file&) = delete;
-
-    void add(const nlohmann::ordered_json& document) { text_ += to_line(document) + "\n", ++count_; }
-
-    /// Writes all added lines to disk.
-    void save() {
-        for (std::string_view rest = text_; !rest.empty();) {
-            const ssize_t written = ::write(file_, rest.data(), rest.size());
-            if (written < 0 && errno != EINTR) fail();
-            rest.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
-        }
-        if (!text_.empty() && fdatasync(file_) != 0) fail();
-        text_.clear();
-    }
-
-    std::size_t count() const { return count_; }
-
-private:
-    [[noreturn]] void fail() const { raise_system_error(errno, path_, "a file to write lines to"); }
-
-    std::filesystem::path path_;
-    int file_;
-    std::size_t count_ = 0;
-    std::string text_;
-};
 
 /// Calls take(document) for each document of a message. A dead letter that the broker made contains the original message; take()
 /// then gets one document per photo, with the error.

@@ -12475,7 +12475,7 @@ struct network_description {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
+inline constexpr std::size_t max_operators = 1024, max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 inline constexpr std::int64_t max_depthwise_bias = (std::int64_t{1} << 30) - 1;  // limit of pack_depthwise_u8()
 
 /// Factor that converts sums in the accumulator's unit to the output's unit. The order of the operations affects the last bit.
@@ -12570,6 +12570,9 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 
 inline void check_network(const network_description& network) {
     const std::string input = place_in(network.where, network.input_name);
+    if (network.operators.size() > max_operators)  // packing a layer takes much longer than reading its 20 bytes from a file
+        raise(error_code::unsupported, network.where, "at most " + std::to_string(max_operators) + " operators",
+              std::to_string(network.operators.size()));
     if (network.input_channels == 0 || network.input_channels > max_channels)
         raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
               std::to_string(network.input_channels));
@@ -25067,6 +25070,8 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0) || !std::isfinite(keys[i].zoom))
             raise(error_code::invalid_option, "key frame", "a finite zoom above 0", detail::to_text(keys[i].zoom));
+        if (!std::isfinite(keys[i].time))
+            raise(error_code::invalid_option, "key frame", "a finite time", detail::to_text(keys[i].time));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
             raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
@@ -25418,15 +25423,24 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", to_text(options.z_near));
+    if (!(options.z_near > 0) || !std::isfinite(options.z_near))
+        raise(error_code::invalid_option, "z_near", "a finite depth above 0", to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
-    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
-        raise(error_code::invalid_option, "view", "a size and a focal length above 0",
+    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0) || !std::isfinite(camera.focal_length))
+        raise(error_code::invalid_option, "view", "a size and a finite focal length above 0",
               std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + to_text(camera.focal_length));
     const std::int32_t limit = 524288 / options.samples;
     if (camera.width > limit || camera.height > limit)
         raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
               std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    const auto all_finite = [](const auto& numbers) {
+        return std::all_of(numbers.begin(), numbers.end(), [](float value) { return std::isfinite(value); });
+    };
+    if (!all_finite(from.position) || !all_finite(from.rotation))
+        raise(error_code::invalid_option, "view", "a finite position and rotation", "another value");
+    for (const float shift : from.lens_shift)
+        if (!(std::abs(shift) * static_cast<float>(options.samples) <= guard_band))
+            raise(error_code::invalid_option, "view", "a lens shift of at most 2^20 samples", to_text(shift));
     const image_view<const std::uint8_t>& backdrop = options.backdrop;
     if (!backdrop.empty() && (backdrop.width() != static_cast<std::size_t>(camera.width) ||
                               backdrop.height() != static_cast<std::size_t>(camera.height) || backdrop.channels() != 3))

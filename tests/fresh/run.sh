@@ -113,7 +113,7 @@ in_machine() {
 }
 
 declare -A machine_of=() page_before=()
-skipped=()
+left_out=()
 
 run_block() {
     local page=$1 line=$2 machine=$3 log start=$SECONDS script key
@@ -164,16 +164,16 @@ main() {
         while IFS=$'\t' read -r page line block_when reason <&3; do
             [ "$block_when" = "$when" ] && wanted "$page" || continue
             if [ "$reason" != - ]; then
-                skipped+=("$page:$line: $reason")
+                left_out+=("$page:$line: $reason")
             else
                 run_block "$page" "$line" "${machine_of[$page]}"
             fi
         done 3< <(blocks list)
     done
 
-    [ "$failed" != 0 ] || rm -rf "$fresh/machines"
-    printf '\nskipped, %d blocks:\n' "${#skipped[@]}"
-    [ "${#skipped[@]}" = 0 ] || printf '  %s\n' "${skipped[@]}"
+    [ "$failed" != 0 ] || [ "$now" = 1 ] || rm -rf "$fresh/machines"
+    printf '\nskipped, %d blocks:\n' "${#left_out[@]}"
+    [ "${#left_out[@]}" = 0 ] || printf '  %s\n' "${left_out[@]}"
     print_tally
 }
 main; exit  # on one line, so that a change to this file does not affect a run in progress

@@ -23,6 +23,8 @@ def arguments_for(name, hostile, sound):
         return [sound, "--depth", hostile, "-o", "out.glb"], {"out.glb"}
     if kind == "st":
         return [sound, "--inpainting-model", hostile, "-o", "out.glb"], {"out.glb"}
+    if kind == "weights":
+        return [sound, "--depth-model", hostile, "-o", "out.glb"], {"out.glb"}
     if kind == "keys":
         return [sound, "--video", "out.mp4", "--video-size", "96", "--path", hostile], {"out.mp4"}
     if kind in ("manifest", "manifest2"):

@@ -70,6 +70,18 @@ TEST_CASE("XMP with many elements, attributes or levels needs bounded memory per
     }
 }
 
+TEST_CASE("an XMP prefix means the namespace of the nearest enclosing declaration, and nothing outside it") {
+    const byte_string packet = bytes_of(
+        "<r xmlns:a='outer/'><a:one/><s xmlns:a='inner' a:two='2'><a:three>3</a:three></s><s a:four=''/><b:five/>"
+        "<s xmlns:b='sibling'/><s b:six=''/><a:s xmlns:a='own'/></r>");
+    detail::decoding_budget budget({}, {}, 0);
+    detail::xmp_properties xmp;
+    xmp.add(packet, budget, "file");
+    std::vector<std::string> found;
+    for (const detail::xmp_property& p : xmp.all()) found.push_back(std::string(p.space) + ":" + std::string(p.name));
+    CHECK(found == std::vector<std::string>{"outer:one", "inner:two", "inner:three", "outer:four", "own:s"});
+}
+
 TEST_CASE("only the first 16 XMP packets of a JPEG file are read, and the budget is charged a page of memory for each") {
     const byte_string packet = bytes_of("<a b:c='1' xmlns:b='u'/>");
     detail::decoding_budget budget({}, {}, 0);

@@ -183,6 +183,10 @@ TEST_CASE("path options and key frames out of range are refused") {
         keys[1].time = 1, keys[1].zoom = zoom;
         CHECK(testing::raised([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
     }
+    for (const float time : {std::nanf(""), std::numeric_limits<float>::infinity()}) {
+        const key_frame alone{time, {0, 0, 0}, {0, 0, -1}};
+        CHECK(testing::raised([&] { view_between({&alone, 1}, camera, 0); }) == error_code::invalid_option);
+    }
 }
 
 TEST_CASE("a path is refused at times when the camera would look straight up or down, or at its own position") {

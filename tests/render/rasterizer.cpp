@@ -461,6 +461,30 @@ TEST_CASE("malformed meshes, textures and options are refused") {
     options.samples = 1, options.z_near = 0;
     CHECK(code_of(good, texture, v, options) == error_code::invalid_option);
     CHECK(code_of(good, texture, view{}, {}) == error_code::invalid_option);
+    options.z_near = std::numeric_limits<float>::infinity();
+    CHECK(code_of(good, texture, v, options) == error_code::invalid_option);
+}
+
+TEST_CASE("views with a number that is not finite, or with a lens shift of more than 2^20 samples, are refused") {
+    const auto code_after = [](auto change) {
+        view v = view_of(8, 8);
+        textured_mesh mesh;
+        add_rectangle(mesh, v.camera, 0, 0, 8, 8, 1);
+        change(v);
+        return testing::raised([&] { rasterize(mesh, flat_texture(1), v, {.samples = 2}); });
+    };
+    constexpr float infinite = std::numeric_limits<float>::infinity();
+    for (const float value : {std::numeric_limits<float>::quiet_NaN(), infinite, -infinite}) {
+        CHECK(code_after([&](view& v) { v.camera.focal_length = value; }) == error_code::invalid_option);
+        for (std::size_t i = 0; i < 9; ++i) {
+            CHECK(code_after([&](view& v) { v.position[i % 3] = value; }) == error_code::invalid_option);
+            CHECK(code_after([&](view& v) { v.rotation[i] = value; }) == error_code::invalid_option);
+            CHECK(code_after([&](view& v) { v.lens_shift[i % 2] = value; }) == error_code::invalid_option);
+        }
+    }
+    CHECK_FALSE(code_after([](view& v) { v.lens_shift = {524288, -524288}; }));
+    for (const float shift : {524289.0F, -524289.0F, 3e14F, -3e38F})
+        CHECK(code_after([&](view& v) { v.lens_shift[1] = shift; }) == error_code::invalid_option);
 }
 
 TEST_CASE("coordinates over the whole range of floats are drawn without errors") {

@@ -180,6 +180,8 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0) || !std::isfinite(keys[i].zoom))
             raise(error_code::invalid_option, "key frame", "a finite zoom above 0", detail::to_text(keys[i].zoom));
+        if (!std::isfinite(keys[i].time))
+            raise(error_code::invalid_option, "key frame", "a finite time", detail::to_text(keys[i].time));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
             raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));

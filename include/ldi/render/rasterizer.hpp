@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -72,15 +73,24 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", to_text(options.z_near));
+    if (!(options.z_near > 0) || !std::isfinite(options.z_near))
+        raise(error_code::invalid_option, "z_near", "a finite depth above 0", to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
-    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
-        raise(error_code::invalid_option, "view", "a size and a focal length above 0",
+    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0) || !std::isfinite(camera.focal_length))
+        raise(error_code::invalid_option, "view", "a size and a finite focal length above 0",
               std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + to_text(camera.focal_length));
     const std::int32_t limit = 524288 / options.samples;
     if (camera.width > limit || camera.height > limit)
         raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
               std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    const auto all_finite = [](const auto& numbers) {
+        return std::all_of(numbers.begin(), numbers.end(), [](float value) { return std::isfinite(value); });
+    };
+    if (!all_finite(from.position) || !all_finite(from.rotation))
+        raise(error_code::invalid_option, "view", "a finite position and rotation", "another value");
+    for (const float shift : from.lens_shift)
+        if (!(std::abs(shift) * static_cast<float>(options.samples) <= guard_band))
+            raise(error_code::invalid_option, "view", "a lens shift of at most 2^20 samples", to_text(shift));
     const image_view<const std::uint8_t>& backdrop = options.backdrop;
     if (!backdrop.empty() && (backdrop.width() != static_cast<std::size_t>(camera.width) ||
                               backdrop.height() != static_cast<std::size_t>(camera.height) || backdrop.channels() != 3))

@@ -380,6 +380,9 @@ TEST_CASE("invalid network descriptions are refused, and the error names the ten
     refuses(error_code::mismatch, [](auto& n) {
         n.operators.push_back({"layer 2", {0.02F, 1}, ldi::nearest_resize_description{1, 2}});
     });
+    refuses(error_code::unsupported, [](auto& n) {
+        for (int i = 0; i < 1024; ++i) n.operators.push_back({"sum", {0.02F, 0}, ldi::addition_description{{1, 1}}});
+    });
 }
 
 TEST_CASE("depthwise biases of 2^30 and more are refused, and a bias of 2^30 - 1 saturates the result") {

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <span>
@@ -96,44 +95,55 @@ private:
             ++to.elements_;
             numbers.resize(static_cast<std::size_t>(depth()) + 1);
             numbers.back() = to.elements_;
+            declare_namespaces(node);
             for (const pugi::xml_attribute attribute : node.attributes())
-                to.append(node, attribute.name(), attribute.value(), to.elements_);
+                append(attribute.name(), attribute.value(), to.elements_);
             const bool is_leaf = !node.first_child() || (!node.first_child().next_sibling() && !node.first_child().first_child());
-            if (is_leaf && numbers.size() > 1) to.append(node, node.name(), node.child_value(), numbers[numbers.size() - 2]);
-            return true;
+            if (is_leaf && numbers.size() > 1) append(node.name(), node.child_value(), numbers[numbers.size() - 2]);
+            return to.looked_at_ <= max_properties;
         }
+
+        void declare_namespaces(pugi::xml_node node) {
+            constexpr std::string_view keyword = "xmlns:";
+            while (!declared.empty() && declared.back().depth >= depth()) declared.pop_back();
+            for (const pugi::xml_attribute attribute : node.attributes()) {
+                const std::string_view name = attribute.name();
+                if (name.starts_with(keyword) && name.size() <= keyword.size() + max_prefix && declared.size() < max_namespaces)
+                    declared.push_back({depth(), name.substr(keyword.size()), beginning(attribute.value())});
+            }
+        }
+
+        void append(std::string_view qualified, std::string_view text, std::size_t owner) {
+            const std::size_t colon = qualified.find(':');
+            if (++to.looked_at_ > max_properties || colon == qualified.npos) return;
+            const std::string_view prefix = qualified.substr(0, colon);
+            const auto found = std::find_if(declared.rbegin(), declared.rend(),
+                                            [&](const namespace_declaration& d) { return d.prefix == prefix; });
+            if (found != declared.rend()) to.list_.push_back({found->space, qualified.substr(colon + 1), text, owner});
+        }
+
+        struct namespace_declaration {
+            int depth;  ///< of the element that contains the declaration
+            std::string_view prefix, space;
+        };
 
         xmp_properties& to;
         std::vector<std::size_t> numbers;  ///< indices of the enclosing elements, outermost first, and of the visited element
+        std::vector<namespace_declaration> declared;  ///< namespaces of the visited element, in the order of declaration
     };
 
-    void append(pugi::xml_node node, std::string_view qualified, std::string_view text, std::size_t owner) {
-        if (++looked_at_ > max_properties) return;
-        const std::size_t colon = qualified.find(':');
-        if (colon == qualified.npos || colon > max_prefix || qualified.substr(0, colon) == "xmlns") return;
-        const std::string declaration = "xmlns:" + std::string(qualified.substr(0, colon));
-        std::string_view space;
-        for (int level = 0; level < max_levels && node && space.empty(); ++level, node = node.parent()) {
-            int count = 0;
-            for (pugi::xml_attribute a = node.first_attribute(); a && count < max_attributes; a = a.next_attribute(), ++count)
-                if (std::strncmp(declaration.c_str(), a.name(), declaration.size() + 1) == 0) space = beginning(a.value());
-        }
-        if (!space.empty() && space.back() == '/') space.remove_suffix(1);
-        if (!space.empty()) list_.push_back({space, qualified.substr(colon + 1), text, owner});
-    }
-
-    /// Returns the first max_space characters of a URI, more than any known namespace has. A URI in a hostile packet may be a
-    /// megabyte long.
+    /// Returns the first max_space characters of a URI, more than any known namespace has, without the slash at its end. A URI in
+    /// a hostile packet may be a megabyte long.
     static std::string_view beginning(const char* address) {
         std::size_t size = 0;
         while (size < max_space && address[size] != 0) ++size;
-        return {address, size};
+        return {address, size > 0 && address[size - 1] == '/' ? size - 1 : size};
     }
 
-    // Limits far above the numbers in any real packet. Without them, the search for namespaces in a hostile packet could run
-    // for hours.
-    static constexpr std::size_t max_packets = 16, max_properties = 10'000, max_prefix = 64, max_space = 256;
-    static constexpr int max_levels = 64, max_attributes = 256;
+    // Limits far above the numbers in any real packet. They bound the search for the namespace of each property. Namespaces count
+    // if they are declared by the property's element or by an element that encloses it.
+    static constexpr std::size_t max_packets = 16, max_properties = 10'000, max_namespaces = 256, max_prefix = 64,
+                                 max_space = 256;
 
     std::vector<std::unique_ptr<pugi::xml_document>> documents_;
     std::vector<xmp_property> list_;

@@ -15,7 +15,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
+inline constexpr std::size_t max_operators = 1024, max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 inline constexpr std::int64_t max_depthwise_bias = (std::int64_t{1} << 30) - 1;  // limit of pack_depthwise_u8()
 
 /// Factor that converts sums in the accumulator's unit to the output's unit. The order of the operations affects the last bit.
@@ -110,6 +110,9 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 
 inline void check_network(const network_description& network) {
     const std::string input = place_in(network.where, network.input_name);
+    if (network.operators.size() > max_operators)  // packing a layer takes much longer than reading its 20 bytes from a file
+        raise(error_code::unsupported, network.where, "at most " + std::to_string(max_operators) + " operators",
+              std::to_string(network.operators.size()));
     if (network.input_channels == 0 || network.input_channels > max_channels)
         raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
               std::to_string(network.input_channels));

@@ -1,0 +1,108 @@
+"""Writes small files that would take long to process if ldi did not limit the work for each of them, and a sound photo.
+
+    costly_files.py FOLDER SOUND_PHOTO
+
+Names start with the kind of the file, from which hostile.py chooses the program's arguments.
+"""
+import io
+import json
+import os
+import struct
+import sys
+
+from PIL import Image
+
+PHOTO = Image.open("examples/photo3d/sample.jpg").convert("RGB").resize((160, 120))
+
+
+def jpeg():
+    written = io.BytesIO()
+    PHOTO.save(written, "JPEG", quality=85)
+    return written.getvalue()
+
+
+def segment(marker, content):
+    return bytes([0xFF, marker]) + struct.pack(">H", len(content) + 2) + content
+
+
+def with_segments(segments):
+    return jpeg()[:2] + segments + jpeg()[2:]
+
+
+def extended_xmp(packet):
+    identifier = b"A" * 32
+    note = b'<r xmlns:n="http://ns.adobe.com/xmp/note/" n:HasExtendedXMP="' + identifier + b'"/>'
+    result = segment(0xE1, b"http://ns.adobe.com/xap/1.0/\0" + note)
+    for place in range(0, len(packet), 65_000):
+        fields = identifier + struct.pack(">II", len(packet), place)
+        result += segment(0xE1, b"http://ns.adobe.com/xmp/extension/\0" + fields + packet[place:place + 65_000])
+    return result
+
+
+def xmp_namespaces():
+    """16 appended pictures, each with 4,900 properties inside 20 elements that declare 250 namespaces each."""
+    declarations = " ".join(f'xmlns:n{i:03}="u"' for i in range(250))
+    packet = f"<r {declarations}>" * 20 + "<q:p/>" * 4900 + "</r>" * 20
+    picture = with_segments(extended_xmp(packet.encode()))
+    directory_size = 4 + 8 + 2 + 12 + 16 * 16
+    first = len(with_segments(segment(0xE2, bytes(directory_size))))
+    entries = b"".join(struct.pack(">IIIHH", 0, len(picture), first + i * len(picture) - 10, 0, 0) for i in range(16))
+    directory = b"MM\0*" + struct.pack(">IHHHII", 8, 1, 0xB002, 7, len(entries), 22) + entries
+    return with_segments(segment(0xE2, b"MPF\0" + directory)) + picture * 16
+
+
+def tiff(tile, width, height, tiles):
+    """A picture of PackBits tiles of which only a small part is visible."""
+    numbers = [(256, 4, 1, width), (257, 4, 1, height), (258, 3, 1, 1 << 16), (259, 3, 1, 32773 << 16), (262, 3, 1, 1 << 16),
+               (277, 3, 1, 1 << 16), (322, 4, 1, tile[0]), (323, 4, 1, tile[1]), (324, 4, tiles, 400), (325, 4, tiles, 400 + 4 * tiles)]
+    start = 400 + 8 * tiles
+    if tiles == 1:
+        numbers[-2:], start = [(324, 4, 1, 400), (325, 4, 1, 100_000)], 400
+    file = b"MM\0*" + struct.pack(">IH", 8, len(numbers)) + b"".join(struct.pack(">HHII", *entry) for entry in numbers)
+    file = file.ljust(400, b"\0")
+    if tiles > 1:
+        file += struct.pack(f">{tiles}I", *[start] * tiles) + struct.pack(f">{tiles}I", *[100_000] * tiles)
+    return file + b"\x81\xAA" * 50_000
+
+
+def safetensors(tensors):
+    with open("examples/models/tiefenrausch_small.safetensors", "rb") as sound:
+        header, data = {"__metadata__": json.loads(sound.read(struct.unpack("<Q", sound.read(8))[0]))["__metadata__"]}, b""
+    for name, (kind, shape, content) in tensors.items():
+        header[name] = {"dtype": kind, "shape": shape, "data_offsets": [len(data), len(data) + len(content)]}
+        data += content
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 8)
+    return struct.pack("<Q", len(text)) + text + data
+
+
+def additions(count):
+    """Weights of a depth network of one convolution and many additions."""
+    rows = struct.pack("<5i", 0, 0, 0, 1, 1) + struct.pack("<5i", 2, 1, 1, 0, 0) * count
+    operators = count + 1
+    return safetensors({
+        "operators": ("I32", [operators, 5], rows),
+        "scales": ("F32", [operators + 1], struct.pack("<f", 0.02) * (operators + 1)),
+        "weight_scales": ("F32", [operators], struct.pack("<f", 0.01) * operators),
+        "zero_points": ("U8", [operators + 1], bytes(operators + 1)),
+        "weight_zero_points": ("U8", [operators], bytes(operators)),
+        "0.weight": ("U8", [1, 1, 1, 3], bytes(3)),
+        "0.bias": ("I32", [1], bytes(4)),
+    })
+
+
+def main():
+    folder, sound = sys.argv[1:3]
+    PHOTO.save(sound, "JPEG", quality=85)
+    files = {
+        "xmp_namespaces_in_16_pictures.jpg": xmp_namespaces(),
+        "tiff_one_huge_tile.tif": tiff((65536, 65536), 64, 64, 1),
+        "tiff_many_high_tiles.tif": tiff((16, 2_000_000), 1024, 1, 64),
+        "weights_65535_additions.safetensors": additions(65_535),
+    }
+    for name, content in files.items():
+        with open(os.path.join(folder, name), "wb") as file:
+            file.write(content)
+
+
+main()

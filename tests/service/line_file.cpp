@@ -1,0 +1,82 @@
+#include <examples/service/line_file.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/support/files.hpp>
+
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <unordered_set>
+
+using namespace ldi;
+using namespace ldi::examples;
+using ldi::testing::raised;
+using ldi::testing::scratch_folder;
+
+namespace {
+
+/// Makes writes past this size of a file fail, as on a full disk, until the object's end.
+class file_size_limit {
+public:
+    explicit file_size_limit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limit{bytes, before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~file_size_limit() {
+        setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, handler_);
+    }
+    file_size_limit(const file_size_limit&) = delete;
+    file_size_limit& operator=(const file_size_limit&) = delete;
+
+private:
+    rlimit before_{};
+    void (*handler_)(int);
+};
+
+std::string text_of(const std::filesystem::path& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string line(int i) { return document_of("job", "photo" + std::to_string(i)).dump() + "\n"; }
+
+}  // namespace
+
+TEST_CASE("when a disk is full, a file of documents keeps its whole lines, and later gets each of the others once") {
+    const scratch_folder folder;
+    const std::filesystem::path path = folder / "results";
+    std::unordered_set<std::string> seen;
+    line_file file(path, seen);
+    file.add(document_of("job", "photo0")), file.save();
+    std::string expected = line(0);
+    for (int i = 1; i <= 9; ++i) {
+        file.add(document_of("job", "photo" + std::to_string(i)));
+        for (std::size_t left = 0; left < line(0).size(); ++left) {
+            const file_size_limit limit(expected.size() + left);
+            REQUIRE(raised([&] { file.save(); }) == error_code::file_access);
+            REQUIRE(text_of(path) == expected);
+        }
+        if (i % 3 == 0) {
+            file.save();
+            expected += line(i - 2) + line(i - 1) + line(i);
+            REQUIRE(text_of(path) == expected);
+        }
+    }
+}
+
+TEST_CASE("a file of documents that ends with an incomplete line is continued after its last whole line") {
+    const scratch_folder folder;
+    const std::filesystem::path path = folder / "results";
+    std::ofstream(path) << line(1) << line(2).substr(0, 9);
+    std::unordered_set<std::string> seen;
+    line_file file(path, seen);
+    CHECK(file.count() == 1);
+    CHECK(seen.size() == 1);
+    file.add(document_of("job", "photo2")), file.save();
+    CHECK(text_of(path) == line(1) + line(2));
+}
