@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the downloads for users without a compiler, in out/release, from the committed sources:
+# Makes the downloads for users without a compiler, in out/release, from the committed sources, and removes those of other versions:
 #
 #   photo3d-VERSION-linux-x86_64.tar.gz     photo3d for any Linux: one static program, weights and viewer beside it
 #   photo3d-VERSION-windows-x86_64.zip      the same for Windows
@@ -189,6 +189,7 @@ parts=("$@")
 for part in "${parts[@]}"; do
     declare -F "make_$part" >/dev/null || { printf 'no part %s; parts: linux windows python npm web\n' "$part" >&2 && exit 2; }
 done
+find "$out" -maxdepth 1 -type f ! -name "*-$version[-.]*" -delete
 for part in "${parts[@]}"; do "make_$part"; done
 (cd "$out" && find . -maxdepth 1 -type f ! -name SHA256SUMS -printf '%f\n' | LC_ALL=C sort | xargs sha256sum >SHA256SUMS)
 printf '%s\n' "$out/SHA256SUMS"

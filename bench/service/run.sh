@@ -70,5 +70,5 @@ print(f"{number} photographs of {sum(d['width'] * d['height'] for d in documents
 print(f"photographs per second: one worker {one:.2f}, two {two:.2f}; ratio in each round:", " ".join(f"{b / a:.2f}" for a, b in zip(rates[1], rates[2])))
 print(f"messages with one photo that is already converted: {float(open(work + '/rate_done').read()):.0f} per second by one worker")
 print(f"messages sent and confirmed: {many['messages'] / many['seconds']:.0f} per second")
-print(f"two workers are {two / one:.2f} times as fast as one (required: 1.8)")
+print(f"two workers are {two / one:.2f} times as fast as one (goal: 1.8)")
 SUMMARY
