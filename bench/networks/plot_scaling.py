@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plots the inpainting network's time and memory over the number of pixels. Needs Debian's python3-matplotlib.
+"""Plots the inpainting network's time and memory against the number of pixels. Needs Debian's python3-matplotlib.
 
     ldi_bench_networks_farbrausch 816 1155 1633 2309 3266 4032 | plot_scaling.py scaling.png
 """

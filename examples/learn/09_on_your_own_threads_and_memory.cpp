@@ -54,6 +54,6 @@ int main() {
     const ldi::buffer<std::byte> file = ldi::encode_glb(
         made.mesh, made.atlas.color, {.camera = made.facts.camera, .motion = made.facts.motion, .range = made.facts.range});
     std::printf("%zu triangles in %zu bytes of GLB; at most %zu kB of the engine's memory at a time\n",
-                made.mesh.triangle_count(), file.size(), heap.peak / 1024);
+                made.mesh.triangle_count(), file.size(), heap.peak / 1000);
     ldi::write_file("09_on_your_own_threads_and_memory.glb", file);
 }

@@ -43,7 +43,7 @@ public:
     explicit broker_connection(std::string url) : state_(amqp_new_connection()) {
         amqp_connection_info at;
         if (amqp_parse_url(url.data(), &at) != AMQP_STATUS_OK || at.ssl != 0)
-            raise(error_code::invalid_option, "--broker", "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST", "another text");
+            raise(error_code::invalid_option, "--broker", "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST", "a different address");
         const timeval patience{10, 0};
         amqp_set_handshake_timeout(state_.get(), &patience);
         amqp_set_rpc_timeout(state_.get(), &patience);

@@ -115,7 +115,7 @@ void for_each_document(const delivery& message, Take take) {
     if (message.reason_of_death.empty()) {
         if (const std::optional<nlohmann::ordered_json> document = parse_document(message.body)) return take(*document);
         return take(
-            document_of_refused(message.body, {exit_never, "invalid data", "expected a photo's document, found another text"}));
+            document_of_refused(message.body, {exit_never, "invalid data", "expected a photo's document, found something else"}));
     }
     const failure why{exit_try_again, message.reason_of_death,
                       "delivered " + std::to_string(broker_connection::delivery_limit) + " times, but no worker completed it"};

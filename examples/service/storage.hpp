@@ -98,7 +98,7 @@ public:
         const file_handle folder = folder_of(key, true);
         struct stat facts {};
         if (::fstatat(folder.number(), name_of(key).c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(facts.st_mode))
-            raise(error_code::file_access, path_of(key), "a plain file or none", "a link, or something else that is no file");
+            raise(error_code::file_access, path_of(key), "a plain file or none", "a link, or something else that is not a file");
         if (searched_.insert(std::filesystem::path(key).parent_path().string()).second)  // searches each folder once
             remove_abandoned(folder);
         temporary_file file(folder);
@@ -108,7 +108,7 @@ public:
 private:
     /// A new file of a folder that is not complete yet: .ldi-NUMBER.put. It is locked, so that other processes can recognize the
     /// files that killed processes left. All functions work on the open folder, so that nothing outside is written even if a
-    /// stranger replaces folders by links meanwhile.
+    /// stranger replaces folders with links meanwhile.
     class temporary_file {
     public:
         explicit temporary_file(const file_handle& folder) : folder_(folder) {

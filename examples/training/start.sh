@@ -1,5 +1,5 @@
 #!/bin/sh
-# Starts or resumes a training in the background, on all processors, at the lowest priority.
+# Starts or resumes a training run in the background, on all processors, at the lowest priority.
 #   start.sh RECIPE FOLDER [options of RECIPE/train.py]      RECIPE: farbrausch, silhouettes or tiefenrausch_small; FOLDER: for all outputs
 set -e
 here=$(cd "$(dirname "$0")" && pwd)

@@ -8602,7 +8602,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t depthwise_block = 16;                  // channels
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
-inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
+inline constexpr std::size_t depthwise_max_slots = 66;              // 8.25 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
 inline std::size_t depthwise_blocks(const depthwise_u8_data& weights) {
@@ -11937,7 +11937,7 @@ basic_feature_map<Value> from_column(const Layers& layers) {
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
-    static_assert(!std::is_enum_v<scalar>, "a number of a map is no enumerator; convert it yourself");
+    static_assert(!std::is_enum_v<scalar>, "numbers of a map do not convert to enumerators; convert them yourself");
     const auto column = layers.template column<Column>();
     if (map.pixels() != layers.size() || map.channels != Column::channels || map.values.size() != column.size())
         raise(error_code::mismatch, "to_column",
@@ -14969,7 +14969,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Raises mismatch for a map with another number of channels than 1. Accepts every map without pixels.
+/// Raises mismatch for a map whose number of channels is not 1. Accepts every map without pixels.
 ///
 /// where  name of the stage
 inline void check_map(image_view<const float> map, const char* where) {
@@ -22766,7 +22766,7 @@ public:
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
-            if (first < 0 || last >= sides_.count()) return false;  // pixels in another order than the canonical one
+            if (first < 0 || last >= sides_.count()) return false;  // the pixels are not in canonical order
             for (std::int32_t i = first; i < last; ++i)
                 if ((sides_[i] & side_bit(1)) != 0) return false;
             if (row == clearance_) return true;
@@ -24531,9 +24531,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width() || camera.height != g.height() || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
-              "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
+              "a camera of " + std::to_string(g.width()) + " x " + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
-              std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     if (!detail::is_positive(facts.camera.focal_length))
         raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
               detail::to_text(facts.camera.focal_length));
@@ -25437,7 +25437,7 @@ inline void check_raster_options(const view& from, const raster_options& options
         return std::all_of(numbers.begin(), numbers.end(), [](float value) { return std::isfinite(value); });
     };
     if (!all_finite(from.position) || !all_finite(from.rotation))
-        raise(error_code::invalid_option, "view", "a finite position and rotation", "another value");
+        raise(error_code::invalid_option, "view", "a finite position and rotation", "infinity or NaN");
     for (const float shift : from.lens_shift)
         if (!(std::abs(shift) * static_cast<float>(options.samples) <= guard_band))
             raise(error_code::invalid_option, "view", "a lens shift of at most 2^20 samples", to_text(shift));
@@ -27697,7 +27697,7 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
             if (!(t >= 0 && t <= 1)) raise(error_code::invalid_data, "encode_glb", "texture coordinates in [0, 1]", to_text(t));
     for (const std::span<const std::byte>& texture : textures) {
         if (!is_jpeg(texture) && !is_png(texture))
-            raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
+            raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as a texture", describe_format(texture));
         read_picture_header(texture, "texture");
     }
 }

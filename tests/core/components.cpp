@@ -70,7 +70,7 @@ TEST_CASE("a comb whose teeth join only at the bottom is one component") {
     CHECK(connected_components(g).size == buffer<std::int32_t>{31 * 20});
 }
 
-TEST_CASE("connected_components() matches a flood fill on random graphs in any order") {
+TEST_CASE("connected_components() matches a flood fill on random graphs with pixels in any order") {
     std::size_t most = 0;
     testing::for_random_graphs(30, 4000, [&](const testing::random_layers& layers, std::mt19937&) {
         const components found = connected_components(layers.topology()), expected = flooded(layers.topology());

@@ -192,7 +192,7 @@ TEST_CASE("the tests' random graphs are sound, and include islands, helices and 
             bool linked = false;
             for (const side s : all_sides) linked = linked || g.neighbors(s)[i] != no_pixel;
             if (!linked) ++islands;
-            // The path right, down, left, up ends on another layer than it started.
+            // The path right, down, left, up ends on a different layer from the one where it started.
             std::int32_t at = static_cast<std::int32_t>(i);
             for (const side s : {side::right, side::down, side::left, side::up})
                 if (at != no_pixel) at = g.neighbor(at, s);

@@ -48,7 +48,7 @@ static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
 
-// Changes that would leave columns of another length than the graph, and therefore must not compile.
+// Changes that would give columns and graph different lengths, and therefore must not compile.
 template <class L>
 concept can_change_topology = requires(L& l) {
     l.topology() = graph();

@@ -18,7 +18,7 @@
 #include <string>
 #include <utility>
 
-TEST_CASE("every stage of a depth map refuses maps with another number of channels than 1, and accepts empty maps") {
+TEST_CASE("every stage that reads a depth map refuses maps that do not have exactly 1 channel, and accepts empty maps") {
     const auto refuses = [](const char* stage, auto&& run) {
         for (const std::size_t channels : {0U, 2U, 3U}) {
             ldi::image<float> map(12, 16, channels);

@@ -349,7 +349,7 @@ TEST_CASE("an invalid camera, motion or depth range, and a source name that is n
     CHECK_FALSE(result_of({.camera = {}, .source = "\xED\x9F\xBF \xF4\x8F\xBF\xBF"}));
 }
 
-TEST_CASE("an RGBA picture and a picture without pixels are refused as texture") {
+TEST_CASE("an RGBA picture and a picture without pixels are refused as textures") {
     const textured_mesh mesh = make_sheet(3, 3);
     CHECK(raised([&] { encode_glb(mesh, smooth_picture(8, 8, 4)); }) == error_code::mismatch);
     CHECK(raised([&] { encode_glb(mesh, image<std::uint8_t>()); }) == error_code::mismatch);

@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         ldi::decode_tiefenrausch(bytes);
     } catch (const ldi::error&) {
     }
-    try {  // also accepts files that are no depth network
+    try {  // also accepts files that are not depth networks
         const ldi::quantized_network network(ldi::read_quantized_network(ldi::decode_safetensors(bytes)));
         run(network, 32, 32);
         run(network, 5, 3);

@@ -72,7 +72,7 @@ def main():
                     used.add(name)
                 else:
                     wrong.append(f"{header.relative_to(ROOT)}: {name} has no benchmark that starts with \"{prefix}/{name}\"")
-    wrong += [f"EXCEPTIONS: {name} is no public name" for name in sorted(excepted - used) if not any(w.startswith(name + " ") for w in wrong)]
+    wrong += [f"EXCEPTIONS: {name} is not a public name" for name in sorted(excepted - used) if not any(w.startswith(name + " ") for w in wrong)]
     print(*wrong, sep="\n")
     print(f"{count} names with a benchmark, {len(used)} exceptions, {len(wrong)} wrong")
     return 1 if wrong or count < 100 else 0

@@ -79,7 +79,7 @@ TEST_CASE("diffusion does not carry color across silhouettes") {
         REQUIRE(layers.column<ldi::color_column>()[3 * i] == (layers.column<ldi::disparity_column>()[i] < 0.5F ? 30 : 220));
 }
 
-TEST_CASE("diffusion refuses unknown pixels in another order than the canonical one") {
+TEST_CASE("diffusion refuses unknown pixels that are not in canonical order") {
     ldi::photo_layers layers(ldi::make_grid(8, 8));
     for (std::int32_t i = 0; i < 64; ++i) layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] = i % 8 < 2 ? 1 : 0;
     REQUIRE_NOTHROW(ldi::diffusion_inpainter().inpaint(layers));

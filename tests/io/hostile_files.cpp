@@ -410,7 +410,7 @@ TEST_CASE("the memory estimate bounds the measured peak of decoding, and is at m
     CHECK(estimate_depth_map(depth).height == height);
 }
 
-TEST_CASE("every picture format can be disabled, for photos, depth maps and depth inside photos") {
+TEST_CASE("a disabled picture format is refused for photos, depth maps and depth inside photos") {
     const std::pair<picture_format, byte_string> files[] = {{picture_format::jpeg, small_jpeg},
                                                             {picture_format::png, encode_png(small)}};
     for (const auto& [format, file] : files) {

@@ -170,8 +170,9 @@ TEST_CASE("pixels that another decoder returned are composited on white, and get
 
 TEST_CASE("a photo with unusable depth is decoded without it, and the reason is stated") {
     const auto with = [](const std::string& fields) { return gdepth_jpeg(photo_file, depth_file, fields); };
-    check_refused(with("GDepth:Near=\"1\""), "finite numbers in Near and Far, found a missing or invalid one");
-    check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"x\""), "finite numbers in Near and Far, found a missing or invalid one");
+    check_refused(with("GDepth:Near=\"1\""), "finite numbers in Near and Far, found a missing or invalid number");
+    check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"x\""),
+                  "finite numbers in Near and Far, found a missing or invalid number");
     check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a valid range of depth, found 2 to 2");
     check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a valid range of depth, found -1 to 2");
     check_refused(with("GDepth:Near=\"1e-30\" GDepth:Far=\"-1e300\""), "a valid range of depth, found 1e-30 to -1e+300");

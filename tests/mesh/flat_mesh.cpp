@@ -279,7 +279,7 @@ TEST_CASE("an outline tolerance that reaches the studs is refused") {
 }
 #endif
 
-TEST_CASE("a graph in another order than the canonical one reads no memory outside its columns") {
+TEST_CASE("for a graph that is not in canonical order, meshing reads no memory outside its columns") {
     constexpr std::int32_t width = 40, height = 40, single_row = 23;  // the pixels of this row have only vertical links
     const auto id = [](std::int32_t x, std::int32_t y) {
         const std::int32_t canonical = y * width + x, first = single_row * width + 20;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that a compiler finds an installed ldi through pkg-config, also after moving the tree and with folders other than the defaults, that
+"""Checks that a compiler finds an installed ldi through pkg-config, even after the tree is moved and with folders other than the defaults, that
 CMake writes only to the build folder, and that license and single header exist.
 
     pkg_config.py PREFIX FOLDER COMPILER

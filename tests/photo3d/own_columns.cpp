@@ -142,7 +142,7 @@ TEST_CASE("custom columns pass through every stage from lift() to the vertices o
     }
 }
 
-TEST_CASE("with default options, custom columns reach the vertices of meshes with hems and the GLB, also on sheets") {
+TEST_CASE("with default options, custom columns reach the vertices of meshes with hems and the GLB, even on sheets") {
     std::size_t hems = 0;
     for (std::uint32_t seed = 1; seed <= 8; ++seed) {
         CAPTURE(seed);

@@ -1,4 +1,4 @@
-"""Tests photo3d --batch: it writes the same bytes as single runs, prints one line per photo, also for failures, stays within its memory
+"""Tests photo3d --batch: it writes the same bytes as single runs, prints one line per photo, even for failures, stays within its memory
 limit, and resumes after a kill.
 
     batch.py PHOTO3D SOURCE_DIR [KILLS]
@@ -154,7 +154,7 @@ def bad_photos():
         check("all good photos are converted", f.list("out") == [f"{name}.glb" for name in f.names], f.list("out"))
         errors = {name: line["error"] for name, line in lines.items() if "error" in line}
         check("bad photos have error codes", {name: e["code"] for name, e in errors.items()} == {"photos/cut.png": "invalid data", "photos/empty.jpg": "invalid data", "photos/lonely.png": "file access", "nowhere": "file access", "none.jsonl": "file access"}, errors)
-        check("bad photos are not to be tried again", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
+        check("bad photos are not marked for another try", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
         os.mkfifo(f / "pipe.png")
         f.write("listed.jsonl", b'"pipe.png"\n"/dev/zero"\n"photos/a.png"\n')
         lines = f.batch("listed.jsonl", "-o", "listed", given_depth=False, code=NEVER)
@@ -164,7 +164,7 @@ def bad_photos():
         os.mkdir(f / "full")
         os.symlink("/dev/full", f / "full/a.glb")
         lines = f.batch("photos/a.png", "photos/b.png", "-o", "full", code=TRY_AGAIN)
-        check("a photo is to be tried again if the device is full", lines["photos/a.png"]["error"]["try_again"] and "outputs" in lines["photos/b.png"], lines)
+        check("a photo is marked for another try if the device is full", lines["photos/a.png"]["error"]["try_again"] and "outputs" in lines["photos/b.png"], lines)
         f.write("photos/b.html", b"another's page")
         os.rename(f / "viewer.html", f / "none.html")
         f.write("photos/c.glb", b"another's")

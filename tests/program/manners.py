@@ -116,7 +116,7 @@ def first_words():
         if kind == "man":
             check("the manual: PHOTO is an input", re.search(r"\.SS Input\n\.TP\n\.I PHOTO\n", text) and text.index(".SS Input") < text.index(".SS Output"))
             check("the manual: the synopsis is that of --help", ".B photo3d\n.RI [ OPTION ...]\n.IR PHOTO ...\n" in text and "\nUsage: photo3d [OPTION...] PHOTO...\n" in help_text)
-            check("the manual: relative paths say what they are relative to", plain.count("../share/ldi/") == plain.count(" (relative to the program)") == 2)
+            check("the manual states what relative paths are relative to", plain.count("../share/ldi/") == plain.count(" (relative to the program)") == 2)
         if kind != "man" and shutil.which(kind):
             check(f"{kind} reads its completions", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
     for option in ("-h", "--help", "--version", "--generate man", "--generate bash", "--generate zsh", "--generate fish"):
@@ -142,7 +142,7 @@ def names():
         stages, table = result.stderr.decode(), result.stdout.decode()
         check("each stage is printed once, and the total once", all((stages + table).count(name) == 1 for name in ("reading photo", "connected components", "encoding ", "\ntotal ")) and "reading photo" in stages and "\ntotal " in table, stages + table)
         with_network = subprocess.run([PROGRAM, "me.png", "--depth", "depth.png", "-o", "b.glb"], cwd=f.path, capture_output=True, text=True).stderr
-        check("the durations are in one column, also with networks", len({line.rindex(" ms") for line in with_network.splitlines() if line.endswith(" ms")}) == 1, with_network)
+        check("the durations are in one column, even with networks", len({line.rindex(" ms") for line in with_network.splitlines() if line.endswith(" ms")}) == 1, with_network)
         os.remove(f / "b.glb")
         check("the last lines name the written files and what opens them", [line.split()[:2] for line in end] == [["writes", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
         for name in ("a.glb", "a.html", "a.json"):
@@ -272,7 +272,7 @@ def names():
         check("standard input alone", is_whole_glb(through.stdout) and not f.made())
         with open(f / "me.png", "rb") as photo:
             result = subprocess.run(f.command("-", "-o", "me.png"), cwd=f.path, stdin=photo, capture_output=True)
-        check("an output to the file that is read as standard input", result.returncode == USAGE and f.read("me.png") == PHOTO)
+        check("an output to the file that is read as standard input is refused", result.returncode == USAGE and f.read("me.png") == PHOTO)
         report = f.run("me.png", "-o", "a.glb", "--report", "-")
         check("a report to standard output", json.loads(report.stdout)["width"] == 60)
         odd = os.fsdecode(b"d\xff.png")

@@ -283,7 +283,7 @@ def main():
         check(f"a batch states in its line and in the report that the map is not used, and prints nothing else with --quiet: {said}", said.stderr == "" and any(note.startswith("the depth map was not used: ") and "odd_depth.png" in note for note in notes) and json.load(open(os.path.join(folder, "odd.json")))["notes"] == notes)
         shutil.copy(small, os.path.join(folder, "torn.png")), file(folder, "torn_depth.png", b"no map")
         said = subprocess.run([PROGRAM, "--batch", os.path.join(folder, "torn.png"), "-o", folder], capture_output=True, text=True, env=models)
-        check(f"a file beside the photo that is no map is not used in a batch, either: {said}", said.returncode == 0 and "torn_depth.png" in "".join(json.loads(said.stdout).get("notes", [])))
+        check(f"a file beside the photo that is not a map is not used in a batch, either: {said}", said.returncode == 0 and "torn_depth.png" in "".join(json.loads(said.stdout).get("notes", [])))
         run("no source of depth but a map that can't be used", [os.path.join(folder, "odd.png")], ["odd.png: expected --depth FILE, --depth-model PATH", "none of these", "odd_depth.png", "proportions"], program=os.path.join(folder, os.path.basename(PROGRAM)))
         run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
         run("a depth map without valid values", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
@@ -342,7 +342,7 @@ def main():
         parts = re.fullmatch(r'1<title>(.*)</title>2<photo-3d .*width="60" height="80">\s*<img .*base64,([^"]*)">\s*</photo-3d>\s*<script .*>([^<]*)</script>3\s*', text)
         check("the parts of a page", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
         run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
-        run("a file that is no viewer", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
+        run("a file that is not a viewer", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
         run("a page that can't be written", [small, *depth, "--html", os.path.join(small, "no/page.html"), "--viewer", viewer], ["small.png", "expected"])
 
         check_written_files(folder)
@@ -363,7 +363,7 @@ def main():
         far_frames = os.path.join(folder, "far_frames")
         run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
-        check(f"seen from afar, surfaces continue past the photo's border: {darkest}", darkest > 40)  # the checks are 60 and 180
+        check(f"seen from afar, surfaces continue past the photo's border: {darkest}", darkest > 40)  # the squares of the checkerboard have gray levels 60 and 180
         run("key frames in the wrong order", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
         run("key frames that are not JSON", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):

@@ -101,7 +101,7 @@ def a_batch(folder, least):
     lines = {line["photo"]: line for line in map(json.loads, result.stdout.splitlines())}
     check(f"a batch: exit code {result.returncode}", result.returncode == TRY_AGAIN, result.stderr)
     check("a batch: the small photos are converted", all("outputs" in lines.get(name + ".png", {}) for name in ("a", "b", "c")), lines)
-    check("a batch: the large photo is to be tried again", lines.get("large.png", {}).get("error", {}).get("try_again") is True, lines)
+    check("a batch: the large photo is marked for another try", lines.get("large.png", {}).get("error", {}).get("try_again") is True, lines)
     check("a batch: its GLB files are complete", all(is_whole_glb(open(os.path.join(folder, "batch", name + ".glb"), "rb").read()) for name in ("a", "b", "c")))
 
 

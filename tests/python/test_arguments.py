@@ -391,7 +391,7 @@ def files(tmp_path):
 
 
 class AnyPath:
-    """An os.PathLike that is no pathlib.Path."""
+    """An os.PathLike that is not a pathlib.Path."""
 
     def __init__(self, path):
         self.path = path

@@ -140,7 +140,7 @@ def test_layers_passed_to_an_inpainter_stay_unchanged():
 def test_layers_passed_to_an_inpainter_can_be_charted_but_not_inpainted():
     def use(layers):
         assert len(ldi.make_charts(layers)) > 0
-        with pytest.raises(ldi.InputError, match="inpainter was called with"):
+        with pytest.raises(ldi.InputError, match="layers passed to an inpainter"):
             ldi.inpaint(layers)
         return layers.color
 

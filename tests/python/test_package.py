@@ -184,7 +184,7 @@ def test_a_pickle_of_another_version_is_refused(name):
     value = RESULTS[name]
     state = value.__getstate__()
     for wrong in (("0.0.1", *state[1:]), (), state[:-1], (None, *state[1:])):
-        with pytest.raises(ldi.InputError, match=re.escape(f"one that ldi {ldi.__version__} wrote")):
+        with pytest.raises(ldi.InputError, match=re.escape(f"a pickle written by ldi {ldi.__version__}")):
             type(value).__new__(type(value)).__setstate__(wrong)
 
 

@@ -47,7 +47,7 @@ printf '%s\n' pipe.jpg a.jpg link.jpg >"$folder/odd"
 queue calm submit --job odd <"$folder/odd"
 start_worker odd calm "$folder/photos" "$folder/outputs"
 queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --expected 3 >/dev/null
-count_step "photos that are no plain files become dead letters" documents codes_are "$folder/odd_dead" "file access" "file access"
+count_step "photos that are not plain files become dead letters" documents codes_are "$folder/odd_dead" "file access" "file access"
 stop_worker TERM "$worker"
 
 # A photo that exceeds the limit on a worker's processor time ends each worker that receives it.

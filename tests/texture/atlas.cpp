@@ -159,7 +159,7 @@ TEST_CASE("atlases of real photos are valid, and equal on any number of threads"
     }
 }
 
-TEST_CASE("an inpainted pixel is occluded only if a nearer pixel is at its position, also at negative disparities") {
+TEST_CASE("an inpainted pixel is occluded only if a nearer pixel is at its position, even at negative disparities") {
     for (const float disparity : {-1.0F, -0.05F, 0.0F, 0.5F}) {
         photo_layers layers(make_grid(20, 20));
         for (float& d : layers.column<disparity_column>()) d = disparity;

@@ -49,7 +49,7 @@ export function withHoles(glb, step) {
 }
 
 /**
- * Returns a file that is no photo: a white square of 2 x 2 around the origin, without a camera.
+ * Returns a file that is not a photo: a white square of 2 x 2 around the origin, without a camera.
  *
  * @param {number} [angle]  rotation in the picture's plane, in radians
  */

@@ -644,7 +644,7 @@ await test("a blurred picture of the photo fills holes in a mesh", empty({ ...se
     assert.ok(closed > 24 && closed > open + 5, `${closed} and ${open} dB`);
 });
 
-await test("a model that is no photo is shown from the front", empty(still), async (page) => {
+await test("a model that is not a photo is shown from the front", empty(still), async (page) => {
     await drop(page, "square.glb", square());
     await waitUntilDrawn(page);
     const share = await desk.shareOf(await picture(page), [255, 255, 255]);

@@ -96,7 +96,7 @@ inline py::array_t<std::uint8_t> bytes_of(const py::handle& object, const std::s
 }
 
 /// Views an array as pixels of `channels` values each. The array must outlive the view. Rows may have gaps. If the values of a
-/// row are not contiguous, replaces the array by a copy. Raises mismatch.
+/// row are not contiguous, replaces the array with a copy. Raises mismatch.
 template <class T>
 image_view<const T> view_of(py::array_t<T>& array, std::size_t channels, const std::string& name, const std::string& expected) {
     const bool is_flat = channels == 1 && array.ndim() == 2;

@@ -25,8 +25,8 @@ inline std::string version_text() {
 /// Returns the items of a pickle after the version. Raises invalid_data for a pickle of another version.
 inline py::tuple checked(const py::tuple& state, std::size_t count) {
     if (state.size() != count + 1 || std::string(py::str(state[0])) != version_text())
-        raise(error_code::invalid_data, "pickle", "one that ldi " + version_text() + " wrote",
-              state.empty() ? "none" : "one of " + std::string(py::str(state[0])));
+        raise(error_code::invalid_data, "pickle", "a pickle written by ldi " + version_text(),
+              state.empty() ? "none" : "one written by " + std::string(py::str(state[0])));
     return state[py::slice(1, static_cast<py::ssize_t>(count + 1), 1)];
 }
 

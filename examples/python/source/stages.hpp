@@ -83,7 +83,7 @@ inline std::shared_ptr<layers_value> make_inpainted(const layers_value& layers, 
 inline std::shared_ptr<layers_value> make_past_frame(const layers_value& layers) {
     const photo_facts facts = facts_of(layers);
     if (facts.margin > 0)
-        raise(error_code::mismatch, "layers", "layers that end at the photo's border", "those that go on past it");
+        raise(error_code::mismatch, "layers", "layers that end at the photo's border", "layers that continue past it");
     return run_unlocked(py::none(), 1, [&](const progress_listener&, thread_pool&) {
         auto made = std::make_shared<layers_value>(layers);
         made->margin = grow_past_frame(made->layers, facts);

@@ -73,14 +73,13 @@ template <class... Parts>
 void check_same_geometry(const layers_value& layers, const Parts&... parts) {
     if (((parts.geometry != layers.geometry) || ...))
         raise(error_code::mismatch, "layers", "layers, charts, atlas and mesh made from one result of expand()",
-              "parts of different ones");
+              "parts made from different results");
 }
 
 /// Raises mismatch for layers that a Python inpainter received, which have no silhouettes.
 inline const silhouettes_value& silhouettes_of(const layers_value& layers) {
     if (layers.silhouettes == nullptr)
-        raise(error_code::mismatch, "layers", "layers made by expand(), inpaint() or photo3d()",
-              "those that an inpainter was called with");
+        raise(error_code::mismatch, "layers", "layers made by expand(), inpaint() or photo3d()", "layers passed to an inpainter");
     return *layers.silhouettes;
 }
 

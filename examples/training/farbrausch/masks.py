@@ -1,7 +1,7 @@
 """Holes behind silhouettes, as label images: 0 known, 1 hole (to be inpainted), 2 does not exist.
 
 Draws a random foreground shape. The surface behind it expands inward from its outline by a reach, as in the LDI stage (paper,
-"Hallucinating occluded geometry"): this band is the hole. In the rest of the shape, the background has no pixels ("does not exist").
+"Occluded Surface Hallucination"): this band is the hole. In the rest of the shape, the background has no pixels ("does not exist").
 A shape narrower than twice the reach is entirely a hole.
 
 Alternatively, `covered` uses the photograph's own foreground: the area that it covers when the camera moves is the hole; the foreground

@@ -52,7 +52,7 @@ def average(values, mask, exists, stride=1):
 
 
 def spread(color, mask, exists, keep_color, keep, passes):
-    """Replaces pixels where `keep` is 0 by their 3x3 average, `passes` times. Other pixels keep `keep_color`."""
+    """Replaces pixels where `keep` is 0 with their 3x3 average, `passes` times. Other pixels keep `keep_color`."""
     for _ in range(passes):
         averaged, mask = average(color, mask, exists)
         color = torch.where(keep > 0, keep_color, averaged)

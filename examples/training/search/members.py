@@ -24,7 +24,7 @@ from estimator import Estimator
 from losses import aligned_error, losses
 
 SIZE, BATCH, RATE, WARM_UP = (64, 96), 4, 3e-3, 10
-REPEATED = 3  # trainings of the shipped member from different initial weights; their spread is the noise of one training
+REPEATED = 3  # training runs of the shipped member from different initial weights; their spread is the noise of one run
 
 
 def labeled(folder, program, teacher, count):

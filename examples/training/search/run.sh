@@ -39,7 +39,7 @@ train() { python "$here/members.py" --photos "$shared/photos/train" --estimate "
     --teacher "$root/examples/models/tiefenrausch_small.safetensors" "${depth[@]}" "$@"; }
 
 trainable=
-if is_there "$shared/photos/train" "the trainings; the predictor reads the results beside this script"; then
+if is_there "$shared/photos/train" "the training runs; the predictor reads the results beside this script"; then
     trainable=1
     compile "$recipe/estimate"
     depth=()

@@ -118,7 +118,7 @@ def fitted(results):
 
 def evolved(rng, table, predictor, limit, generations, population=48):
     """Returns the member with the minimum predicted error within a latency limit. Starts from the shipped member and random members; each
-    generation replaces the worse half of the population by mutations and crossovers of the better half."""
+    generation replaces the worse half of the population with mutations and crossovers of the better half."""
     known = {}
 
     def judge(members):

@@ -32,8 +32,8 @@ class Depth:
         return np.frombuffer(data, dtype).reshape(shape)
 
     def __call__(self, photo, given=None):
-        """photo: H x W x 3 uint8, red first; given: a disparity map, or None to estimate one. Returns (the given or estimated map, the map
-        sharpened and resampled, this after the weighted median, this after alignment), the last three H x W."""
+        """photo: H x W x 3 uint8, red first; given: a disparity map, or None to estimate one. Returns (the given or estimated map; the map
+        sharpened and resampled; the same after the weighted median; the same after alignment), the last three H x W."""
         height, width = photo.shape[:2]
         rows, columns = (0, 0) if given is None else given.shape
         message = np.array([height, width, rows, columns], "<i4").tobytes() + np.ascontiguousarray(photo).tobytes()

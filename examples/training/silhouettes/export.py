@@ -30,7 +30,7 @@ def architecture():
     return {
         "name": "silhouettes", "version": 1, "layout": "out,in,height,width",
         "inputs": "red, green, blue, share of the front by the estimate, by the prepared disparity, step, signed distance, sample size",
-        "output": "logit of alpha to be added to the prior, logit of that its side is right", "prior": model.PRIOR, "activation": "relu, none in the last",
+        "output": "logit of alpha to be added to the prior, logit of the probability that its side is right", "prior": model.PRIOR, "activation": "relu, none in the last",
         "kernel": 3, "max_step": bands.MAX_STEP, "min_step": bands.MIN_STEP, "sides_radius": bands.SIDES_RADIUS,
         "band_radius": bands.BAND_RADIUS, "region_radius": bands.REGION_RADIUS,
         "layers": [{"name": name, "reads": list(reads), "level": level, "stride": stride} for name, reads, _, _, level, stride in model.LAYERS],

@@ -6,7 +6,7 @@ from torch import nn
 from band import CHANNELS
 
 WIDTH, FINE = 32, 16  # channels at half resolution and below; at full resolution
-PRIOR = 6.0           # alpha's logit is offset by this factor times the share of the prepared disparity - 0.5
+PRIOR = 6.0           # factor of the prior: alpha's logit is offset by PRIOR * (share of the prepared disparity - 0.5)
 
 # name, source tensors (the first is upsampled if it is coarser than the result), inputs, outputs, level of the result, stride
 LAYERS = (

@@ -3,7 +3,7 @@
     python3 train.py --data DATA --held-out DATA --out FOLDER
 
 Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: the same command resumes an interrupted
-training. To control a training, create one of these files in FOLDER:
+run. To control a run, create one of these files in FOLDER:
 
     stop    saves and ends. Delete the file and start again to resume.
     finish  lowers the learning rate to zero along a cosine over the next 10 minutes, or the number of minutes in the file, saves and ends.
@@ -134,7 +134,7 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimizer"])
-        for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint by this run's
+        for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint with this run's
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 

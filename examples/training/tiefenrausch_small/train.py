@@ -3,7 +3,7 @@
     python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite | --weights FILE.safetensors [--watch FOLDER]
 
 Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the complete state: the same command resumes an interrupted
-training. To control a training, create one of these files in FOLDER:
+run. To control a run, create one of these files in FOLDER:
 
     stop    saves and ends. Delete the file and start again to resume.
     hours   contains a number: the schedule's processor hours, instead of --hours; may change at any time

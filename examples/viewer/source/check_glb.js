@@ -6,7 +6,7 @@ const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_00
 export function checkGlb(bytes) {
     const view = new DataView(bytes);
     if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is not a GLB file."); // "glTF"
-    if (view.getUint32(4, true) !== 2) throw new Error("It is a GLB file of another version than 2.");
+    if (view.getUint32(4, true) !== 2) throw new Error("It is a GLB file of a version other than 2.");
     if (view.getUint32(8, true) > bytes.byteLength) throw new Error("It is cut off.");
     const length = view.getUint32(12, true);
     if (view.getUint32(16, true) !== 0x4e4f534a || 20 + length > bytes.byteLength) throw new Error("It has no JSON."); // "JSON"

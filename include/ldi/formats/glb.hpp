@@ -98,7 +98,7 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
             if (!(t >= 0 && t <= 1)) raise(error_code::invalid_data, "encode_glb", "texture coordinates in [0, 1]", to_text(t));
     for (const std::span<const std::byte>& texture : textures) {
         if (!is_jpeg(texture) && !is_png(texture))
-            raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
+            raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as a texture", describe_format(texture));
         read_picture_header(texture, "texture");
     }
 }

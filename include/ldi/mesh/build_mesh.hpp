@@ -51,9 +51,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width() || camera.height != g.height() || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
-              "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
+              "a camera of " + std::to_string(g.width()) + " x " + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
-              std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     if (!detail::is_positive(facts.camera.focal_length))
         raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
               detail::to_text(facts.camera.focal_length));

@@ -87,7 +87,7 @@ inline void check_raster_options(const view& from, const raster_options& options
         return std::all_of(numbers.begin(), numbers.end(), [](float value) { return std::isfinite(value); });
     };
     if (!all_finite(from.position) || !all_finite(from.rotation))
-        raise(error_code::invalid_option, "view", "a finite position and rotation", "another value");
+        raise(error_code::invalid_option, "view", "a finite position and rotation", "infinity or NaN");
     for (const float shift : from.lens_shift)
         if (!(std::abs(shift) * static_cast<float>(options.samples) <= guard_band))
             raise(error_code::invalid_option, "view", "a lens shift of at most 2^20 samples", to_text(shift));

@@ -270,7 +270,7 @@ def render(self, position=(0, 0, 0), target=None, width=None, *, samples=2, thre
     if target is not None:
         target = _point("target", target)
         if target == position:
-            raise InputError("invalid option", "target", "another point than position", repr(tuple(target)))
+            raise InputError("invalid option", "target", "a point other than position", repr(tuple(target)))
     width = None if width is None else _integer("width", width, 1, 16384)
     return _ldi.render(self, position, target, width, _integer("samples", samples, 1, 8), _threads(threads))
 

@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Raises mismatch for a map with another number of channels than 1. Accepts every map without pixels.
+/// Raises mismatch for a map whose number of channels is not 1. Accepts every map without pixels.
 ///
 /// where  name of the stage
 inline void check_map(image_view<const float> map, const char* where) {

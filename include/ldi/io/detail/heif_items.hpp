@@ -162,7 +162,7 @@ private:
             }
         }
         if (units_left_ == 0)
-            raise(error_code::too_large, where_, "fewer than " + std::to_string(max_units) + " coded units", "more");
+            raise(error_code::too_large, where_, "fewer than " + std::to_string(max_units) + " coded units", "as many or more");
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
         // Bytes per pixel: for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and
         // the additional memory of an AV1 decoder.

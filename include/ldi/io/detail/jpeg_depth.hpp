@@ -45,7 +45,7 @@ inline depth_meaning google_meaning(const xmp_properties& xmp, std::string_view 
         raise(error_code::unsupported, where, "RangeInverse or RangeLinear", std::string(format.substr(0, 40)));
     meaning.coding = format == "RangeLinear" ? depth_coding::range_linear : depth_coding::range_inverse;
     const std::optional<double> first = xmp.number(space, "Near"), last = xmp.number(space, "Far");
-    if (!first || !last) raise(error_code::invalid_data, where, "finite numbers in Near and Far", "a missing or invalid one");
+    if (!first || !last) raise(error_code::invalid_data, where, "finite numbers in Near and Far", "a missing or invalid number");
     meaning.first = *first, meaning.last = *last;
     const std::string_view unit = xmp.text(space, "Units").value_or("");
     if (unit == "m" || unit == "Meters" || unit == "meters") meaning.unit = 1;

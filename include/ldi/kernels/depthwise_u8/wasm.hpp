@@ -22,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t depthwise_block = 16;                  // channels
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
-inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
+inline constexpr std::size_t depthwise_max_slots = 66;              // 8.25 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
 inline std::size_t depthwise_blocks(const depthwise_u8_data& weights) {

@@ -27,7 +27,7 @@ public:
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
-            if (first < 0 || last >= sides_.count()) return false;  // pixels in another order than the canonical one
+            if (first < 0 || last >= sides_.count()) return false;  // the pixels are not in canonical order
             for (std::int32_t i = first; i < last; ++i)
                 if ((sides_[i] & side_bit(1)) != 0) return false;
             if (row == clearance_) return true;

@@ -51,7 +51,7 @@ basic_feature_map<Value> from_column(const Layers& layers) {
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
-    static_assert(!std::is_enum_v<scalar>, "a number of a map is no enumerator; convert it yourself");
+    static_assert(!std::is_enum_v<scalar>, "numbers of a map do not convert to enumerators; convert them yourself");
     const auto column = layers.template column<Column>();
     if (map.pixels() != layers.size() || map.channels != Column::channels || map.values.size() != column.size())
         raise(error_code::mismatch, "to_column",
