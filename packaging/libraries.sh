@@ -30,10 +30,13 @@ sources_of_debian() {
 
 # Derives the list of source packages from this machine's list of package repositories.
 fetch_lists() {
-    [ ! -e "$build/apt/parts/all.list" ] && [ ! -e "$build/apt/parts/all.sources" ] || return 0
+    [ ! -e "$build/apt/fetched" ] || return 0
     sed -n 's/^deb /deb-src /p' /etc/apt/sources.list /etc/apt/sources.list.d/*.list >"$build/apt/parts/all.list" 2>/dev/null || true
-    sed 's/^Types:.*/Types: deb-src/' /etc/apt/sources.list.d/*.sources >"$build/apt/parts/all.sources" 2>/dev/null || true
-    sources_of_debian update >&2
+    local file
+    for file in /etc/apt/sources.list.d/*.sources; do
+        [ ! -e "$file" ] || { sed 's/^Types:.*/Types: deb-src/' "$file" && echo; } # an empty line separates the files' last and first entries
+    done >"$build/apt/parts/all.sources"
+    sources_of_debian update >&2 && touch "$build/apt/fetched"
 }
 
 # source_of NAME: unpacks the newest version of a source package on the mirror, and prints its folder.
@@ -46,6 +49,7 @@ source_of() {
             (cd "$folder" && sources_of_debian source --download-only "$1=$version" && dpkg-source -x ./*.dsc unpacked) >&2 && break
             rm -f "$folder"/*
         done
+        [ -e "$folder/unpacked" ] || rm -f "$build/apt/fetched" # the next run fetches newer lists
     fi
     [ -e "$folder/unpacked" ] && printf '%s\n' "$folder/unpacked"
 }

@@ -42,7 +42,7 @@ copy_licenses() {
     done
 }
 installed() { printf '%s=/usr/share/doc/%s/copyright\n' "$1" "$2"; }
-from_source() { printf '%s=%s/build/libraries/sources/%s/unpacked/debian/copyright\n' "$1" "$top" "$2"; }
+from_source() { printf '%s=build/libraries/sources/%s/unpacked/debian/copyright\n' "$1" "$2"; }  # relative to the repository, whose path may contain spaces
 
 # program PART OPTION...: builds photo3d in build/release_PART.
 program() {

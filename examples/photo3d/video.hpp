@@ -192,12 +192,16 @@ void save_video(const photo3d& result, photo_texture& texture, const video_optio
         return v.stereo == "anaglyph" ? anaglyph(draw(2 * i), draw(2 * i + 1)) : side_by_side(draw(2 * i), draw(2 * i + 1));
     };
     if (!v.needs_ffmpeg()) {
-        files.create_folder(v.output);
-        for (std::size_t i = 0; i < frames; ++i) {
+        const auto path_of = [&](std::size_t i) {
             char name[32];
             std::snprintf(name, sizeof name, "frame_%05zu.png", i + 1);
-            files.write(v.output / name, encode_png(frame(i)));
-        }
+            return v.output / name;
+        };
+        if (std::filesystem::exists(path_of(frames)))  // the folder would contain a mixture of both
+            raise(error_code::invalid_option, v.output.string(), "a folder without frames of a longer video",
+                  path_of(frames).filename().string());
+        files.create_folder(v.output);
+        for (std::size_t i = 0; i < frames; ++i) files.write(path_of(i), encode_png(frame(i)));
         return;
     }
     const image<std::uint8_t> first = frame(0);

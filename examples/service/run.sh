@@ -43,7 +43,8 @@ for port in "$port_1" "$port_2"; do
     processes+=($!)
 done
 
-(cd "$photos" && find . -type f -iregex '.*\.\(jpe?g\|png\|heic\|avif\|webp\|tiff?\|gif\|bmp\)' -printf '%P\n') | sort >"$work/keys"
+(cd "$photos" && find . -type f -iregex '.*\.\(jp\(e?g\|e\)\|png\|hei[cf]\|hif\|avif\|webp\|tiff?\|gif\|bmp\)' -printf '%P\n') | sort >"$work/keys"
+[ -s "$work/keys" ] || { printf 'no photos in %s\n' "$photos" >&2 && exit 1; }
 "$PROGRAMS/photo3d_queue" --broker "$broker_url" submit --photos-per-message 2 <"$work/keys"
 "$PROGRAMS/photo3d_queue" --broker "$broker_url" collect --results "$work/results" --dead "$work/dead" \
     --expected "$(wc -l <"$work/keys")"

@@ -836,7 +836,6 @@ public:
     ///          of them, the pool is smaller
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
-        workers_.reserve(threads - 1);
         for (std::size_t i = 1; i < threads; ++i)
             if (!start_worker()) break;
     }
@@ -1329,7 +1328,10 @@ private:
         if (width < 0 || height < 0) refuse_lattice(width, height);
     }
 
-    Column& column(side s) { return neighbors_[static_cast<std::size_t>(s)]; }
+    Column& column(side s) {
+        LDI_ASSERT(is_side(s));
+        return neighbors_[static_cast<std::size_t>(s)];
+    }
 
     std::int32_t width_ = 0, height_ = 0;
     Column x_, y_, neighbors_[4];
@@ -1559,11 +1561,11 @@ public:
         there = no_pixel;
     }
 
-    /// Moves a pixel without checking its links. No function returns a writable view of a column, because the caller could
-    /// change the graph through it after build().
+    /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
+    /// because the caller could change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
-    /// direction, too. Threads may set different pixels or sides at the same time.
+    /// direction, too. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
     /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, even in release builds; the builder
@@ -3480,6 +3482,7 @@ public:
         std::int32_t pixel;  ///< number of the first pixel
 
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
+        friend bool operator==(const run&, const run&) = default;
     };
 
     /// Makes a region without pixels, on a lattice of 0 x 0.
@@ -3523,6 +3526,8 @@ public:
         return result;
     }
 
+    friend bool operator==(const pixel_region&, const pixel_region&) = default;
+
 private:
     friend pixel_region_builder;
 
@@ -3537,9 +3542,10 @@ private:
 /// Makes a pixel_region row by row: call add_run() from left to right, then end_row(), and build() after the last row.
 class pixel_region_builder {
 public:
-    /// width  of the lattice; raises invalid_option if negative
+    /// width  of the lattice; raises invalid_option if negative or above 2^30
     explicit pixel_region_builder(std::int32_t width) {
-        if (width < 0) raise(error_code::invalid_option, "pixel_region_builder", "a width of 0 or more", std::to_string(width));
+        if (width < 0 || width > 1 << 30)
+            raise(error_code::invalid_option, "pixel_region_builder", "a width from 0 to 2^30", std::to_string(width));
         made_.width_ = width;
     }
 
@@ -12244,13 +12250,18 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
-/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which must be halved(region).
+/// Plans a convolution with stride 2. Outputs are the pixels of `half`.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+/// half         halved(region)
 ///
-/// Raises invalid_option for any other kernel size.
+/// Raises invalid_option for any other kernel size, and mismatch for any other `half`.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
     detail::check_kernel_size(kernel_size);
+    if (half != halved(region))
+        raise(error_code::mismatch, "plan_convolution",
+              "the halved region of a lattice of " + std::to_string(region.width()) + " x " + std::to_string(region.height()),
+              "another one, of " + std::to_string(half.width()) + " x " + std::to_string(half.height()));
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 
@@ -12571,7 +12582,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 inline void check_network(const network_description& network) {
     const std::string input = place_in(network.where, network.input_name);
     if (network.operators.size() > max_operators)  // packing a layer takes much longer than reading its 20 bytes from a file
-        raise(error_code::unsupported, network.where, "at most " + std::to_string(max_operators) + " operators",
+        raise(error_code::unsupported, input, "at most " + std::to_string(max_operators) + " operators",
               std::to_string(network.operators.size()));
     if (network.input_channels == 0 || network.input_channels > max_channels)
         raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
@@ -13186,10 +13197,10 @@ public:
         unfused_ = detail::layer_by_layer(layers_);
     }
 
-    quantization input_quantization() const { return values_.front(); }
-    quantization output_quantization() const { return values_[output_]; }
-    std::size_t input_channels() const { return channels_.front(); }
-    std::size_t output_channels() const { return channels_[output_]; }
+    quantization input_quantization() const { return loaded().values_.front(); }
+    quantization output_quantization() const { return loaded().values_[output_]; }
+    std::size_t input_channels() const { return loaded().channels_.front(); }
+    std::size_t output_channels() const { return loaded().channels_[output_]; }
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
@@ -13267,6 +13278,11 @@ public:
     }
 
 private:
+    const quantized_network& loaded() const {
+        if (channels_.empty()) raise(error_code::mismatch, "quantized_network", "a network", "one that was moved from");
+        return *this;
+    }
+
     void check_channels(const image<std::uint8_t>& input) const {
         if (input.channels() != input_channels())
             raise(error_code::mismatch, input_name_, std::to_string(input_channels()) + " channels",
@@ -13286,6 +13302,7 @@ private:
 
     /// Computes the size of every tensor before any allocation.
     buffer<tensor_size> sizes(tensor_size input) const {
+        loaded();
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
                   std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
@@ -14383,6 +14400,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     if (wanted.size() != layers.size())
         raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " marks of wanted pixels",
               std::to_string(wanted.size()));
+    if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "one that was moved from");
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
@@ -15473,14 +15491,15 @@ struct decided_depth {
 };
 
 /// Moves silhouettes onto the photo's edges with align_silhouettes(). Lengths in `options` are for a depth map with the photo's
-/// resolution.
+/// resolution; for a coarser map, they are multiplied by its sample size, the uncertainty to at most 256 pixels.
 struct aligned_silhouettes {
     alignment_options options;
 
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         alignment_options scaled = options;
-        scaled.uncertainty *= depth.sample_size;
+        constexpr float farthest = 256.0F;  // align_silhouettes() accepts no larger value
+        if (options.uncertainty <= farthest) scaled.uncertainty = (std::min)(options.uncertainty * depth.sample_size, farthest);
         constexpr float longest = 0x1p40F;  // longer than any silhouette
         const float min_length = depth.sample_size * detail::nearest_float(scaled.min_length);
         scaled.min_length = static_cast<std::size_t>(detail::nearest_whole(double{(std::min)(min_length, longest)}));
@@ -18702,9 +18721,9 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ
-/// in size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
-/// layers are empty. Linear time.
+/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin, if the camera and the lattice differ
+/// in size, or for layers in another order, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or
+/// positions; after too_large the layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -18718,6 +18737,11 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
                   " x " + std::to_string(facts.camera.height) + " with a margin of " + std::to_string(facts.margin));
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
+    const graph& in = layers.topology();
+    for (std::int32_t i = 0; i < in.count(); ++i)
+        if ((i > 0 && in.y()[i] < in.y()[i - 1]) || (in.right()[i] != no_pixel && in.right()[i] != i + 1))
+            raise(error_code::mismatch, "grow_past_frame", "layers in canonical order",
+                  "pixel " + std::to_string(i) + " out of order");
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
     // Inside grow() the layers are empty, but these views are valid.
@@ -20208,6 +20232,14 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     return different == 0 && outside >= 0;
 }
 
+inline void check_boxes(const chart_set& charts, const char* where) {
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, where,
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
+}
+
 }  // namespace detail
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
@@ -20332,7 +20364,7 @@ private:
 
     static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
         const std::int32_t pieces = (length - 1) / cap + 1;  // 1 for a length of 0
-        return (length + pieces - 1) / pieces;
+        return length / pieces + (length % pieces != 0 ? 1 : 0);
     }
 
     std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
@@ -20572,8 +20604,9 @@ struct chart_options {
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if an invariant of
-/// a view's graph does not hold. Time is linear. If the boxes exceed max_area, charts are grown again with a smaller limit:
-/// usually once, and at most five times with the default max_side. Memory is up to 25 bytes per pixel and 120 per chart.
+/// a view's graph does not hold, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and positions.
+/// If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the
+/// default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
@@ -20585,6 +20618,9 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
         if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
     constexpr std::int32_t min_side = 64;
     const graph_view& g = layers.topology();
+    if (g.position_count() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
+        raise(error_code::too_large, "make_charts", "a lattice of fewer than 2^31 positions",
+              std::to_string(g.width()) + " x " + std::to_string(g.height()));
     std::int32_t side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));
     while (true) {
         chart_set charts =
@@ -20723,7 +20759,7 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 
 /// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets with aspect ratios from about 1:2 to 2:1 and keeps
 /// the smallest sheet. Raises invalid_data for a rectangle without area, and too_large if no sheet up to max_side x max_side, in
-/// the unit of the sizes, is large enough.
+/// the unit of the sizes, is large enough. Time is proportional to the number of rectangles times the number of distinct sizes.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -20835,14 +20871,16 @@ struct atlas_rectangle {
 
 inline constexpr std::int32_t max_filter_padding = 1024;
 
-/// Options of chart_padder: the texels around a chart that continue its colors.
+/// Options of the padding: the texels around a chart that continue its colors.
 struct padding_options {
     std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp), 0 or more
 };
 
-/// Draws and pads charts one by one, and reuses its memory. One object serves one thread; several objects may draw charts at the
-/// same time if their rectangles share no texel.
+namespace detail {
+
+/// Draws and pads charts one by one, and reuses its memory. make_atlas() checks all arguments. One object serves one thread;
+/// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
@@ -21034,7 +21072,8 @@ private:
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
-}}  // namespace ldi
+}
+}}  // namespace ldi::detail
 
 // ---- ldi/texture/atlas.hpp
 // Texture atlas of a layered image: its charts, padded and packed in one picture (paper, section "Texture Atlas Generation").
@@ -21082,10 +21121,11 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for an option outside its range; and mismatch
-/// if an invariant of a view's graph does not hold, for charts that do not belong to `layers`, or that have two pixels at one
-/// position. Time is linear in pixels and texels, except for packing, whose time is proportional to the number of charts times
-/// the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit, or for a chart larger than max_chart_box; invalid_option for
+/// an option outside its range; and mismatch if an invariant of a view's graph does not hold, for charts that do not belong to
+/// `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except for packing, whose time is
+/// proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per
+/// texel, and 4 per position of the lattice.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -21100,6 +21140,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
               std::to_string(options.max_side));
     check_topology(layers.topology(), "make_atlas");
     check_charts(charts, layers.topology(), "make_atlas");
+    detail::check_boxes(charts, "make_atlas");
 
     const auto blocks = [&](std::int32_t length) {
         return static_cast<std::int32_t>((std::int64_t{length} + 2 * padding + macroblock_side - 1) / macroblock_side);
@@ -21132,7 +21173,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
+        detail::chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};
@@ -21478,13 +21519,22 @@ inline void check_room(const atlas_rectangle& room, rectangle_size sheet) {
                   std::to_string(room.y) + ")");
 }
 
+inline void check_place(const sheet_layout& layout, std::size_t c, const chart& shape) {
+    const sheet_placement& place = layout.placements[c];
+    if (place.photo_x != layout.across.first_at(std::int64_t{shape.x} - layout.padding) ||
+        place.photo_y != layout.down.first_at(std::int64_t{shape.y} - layout.padding))
+        raise(error_code::mismatch, "draw_sheet", "the charts passed to lay_out_sheets()",
+              "chart " + std::to_string(c) + " at another position");
+}
+
 }  // namespace detail
 
 /// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is no such
-/// size.
+/// size, and invalid_option unless the scale is above 0.
 ///
 /// scale  pixels of the photo per pixel of the layered image, on the axis where this ratio is larger
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
+    if (!(scale > 0)) raise(error_code::invalid_option, "max_chart_side", "a scale above 0", detail::to_text(scale));
     // Chart edges that lie inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
@@ -21501,7 +21551,7 @@ inline std::int32_t max_chart_side(double scale, const sheet_options& options = 
 /// photo_height, photo_width  size of the photo for draw_sheet()
 ///
 /// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, too_large for a chart that fits on no
-/// sheet.
+/// sheet, or for a side of the photo above 2^30.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -21520,6 +21570,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
+    if ((std::max)(photo_height, photo_width) > std::size_t{1} << 30)
+        raise(error_code::too_large, "lay_out_sheets", "a photo with sides of at most 2^30",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width));
     sheet_layout layout;
     layout.padding = options.padding;
     layout.across = {static_cast<std::int64_t>(photo_width), g.width() - 2 * options.margin, options.margin};
@@ -21591,6 +21644,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
         if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
         detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
         detail::check_room(layout.placements[c].room, size);
+        detail::check_place(layout, c, charts.charts[c]);
         const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
                                             photo);
         parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {
@@ -22202,7 +22256,8 @@ struct boundary_split {
 /// including both. split() refines individual edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
-    /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
+    /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0, and mismatch for a piece with corners that
+    /// `outlines` does not have. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
     simplified_boundary(const chart_outlines&&, const simplify_options&, const depth_range& = {}) = delete;
 
@@ -22303,7 +22358,12 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
     buffer<std::uint8_t> keep;
     buffer<std::pair<std::int32_t, std::int32_t>> stack;
     stretches_.reserve(outlines.pieces.size());
+    const std::int32_t count = outlines.corners.count();
     for (const boundary_piece& p : outlines.pieces) {
+        if ((std::min)({p.start, p.end, p.first_inner, p.inner_count}) < 0 || (std::max)(p.start, p.end) >= count ||
+            p.inner_count > count - p.first_inner)
+            raise(error_code::mismatch, "simplified_boundary", "pieces of " + std::to_string(count) + " corners",
+                  "other indices");
         const auto inner = outlines.corners.begin() + p.first_inner;
         points.assign(1, corner(p.start));
         points.insert(points.end(), inner, inner + p.inner_count);
@@ -22659,14 +22719,6 @@ inline void check_range(const depth_range& range, const char* where) {
 inline void check_disparities(array_view<const float> disparity, const char* where) {
     for (const float d : disparity)
         if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
-}
-
-inline void check_boxes(const chart_set& charts, const char* where) {
-    for (const chart& c : charts.charts)
-        if (c.width > max_chart_box || c.height > max_chart_box)
-            raise(error_code::too_large, where,
-                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
-                  std::to_string(c.width) + " x " + std::to_string(c.height));
 }
 
 }}}  // namespace ldi::detail
@@ -23049,12 +23101,30 @@ inline stud_set place_studs(const graph_view& g, array_view<const float> dispari
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares angles
-/// in integer arithmetic. `stack` is working memory.
+/// in integer arithmetic.
+///
+/// points  of the triangulated polygon
+/// t       as triangulator makes it
+/// stack   working memory
+///
+/// Raises mismatch for an index that `points` or `t` does not have, and for half-edges that are not each other's mates.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
 
 constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+
+inline void check_triangulation(std::size_t points, const triangulation& t) {
+    const std::int32_t count = t.mates.count();
+    bool is_sound = t.triangles.size() == t.mates.size() && count % 3 == 0;
+    for (std::int32_t h = 0; is_sound && h < count; ++h) {
+        const std::int32_t m = t.mates[h];
+        is_sound = t.triangles[h] < points && (m == -1 || (m >= 0 && m < count && m / 3 != h / 3 && t.mates[m] == h));
+    }
+    if (!is_sound)
+        raise(error_code::mismatch, "flip_to_delaunay", "a triangulation of " + std::to_string(points) + " points",
+              "other indices");
+}
 
 /// Replaces the edge of half-edge h, between triangles a b c and b a d, with the edge c d.
 inline void flip(triangulation& t, std::int32_t h) {
@@ -23077,6 +23147,7 @@ inline void flip(triangulation& t, std::int32_t h) {
 
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
     using detail::next_half_edge;
+    detail::check_triangulation(points.size(), t);
     stack.clear();
     for (std::int32_t h = 0; h < t.mates.count(); ++h)
         if (t.mates[h] > h) stack.push_back(h);
@@ -23284,7 +23355,8 @@ class triangulator {
 public:
     /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
     /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
-    /// conflict; `result` is then invalid.
+    /// conflict; `result` is then invalid. Raises mismatch for an index that `shape` does not have, and too_large for more than
+    /// 2^28 vertices.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -23306,6 +23378,7 @@ private:
         std::size_t last_ending() const { return first_ending + ending; }
     };
 
+    static void check(const polygon& shape);
     static bool is_right_of(lattice_point p, const active_edge& e) { return detail::turn(e.upper, e.lower, p) < 0; }
 
     void collect_events(const polygon& shape);
@@ -23329,7 +23402,7 @@ private:
 };
 
 inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
-    LDI_ASSERT(shape.next.size() == shape.points.size());
+    check(shape);
     collect_events(shape);
     chains_.clear(), status_.clear();
     result.triangles.clear(), result.mates.clear();
@@ -23342,9 +23415,18 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
     return std::nullopt;
 }
 
+inline void triangulator::check(const polygon& shape) {
+    const std::size_t count = shape.points.size();
+    if (count > static_cast<std::size_t>(detail::max_polygon_vertices))
+        raise(error_code::too_large, "triangulator", "at most 2^28 vertices", std::to_string(count));
+    const auto is_index = [&](std::int32_t next) { return next >= -1 && next < static_cast<std::int32_t>(count); };
+    if (shape.next.size() != count || shape.outline_count < 0 || static_cast<std::size_t>(shape.outline_count) > count ||
+        !std::all_of(shape.next.begin(), shape.next.end(), is_index))
+        raise(error_code::mismatch, "triangulator", "a polygon of " + std::to_string(count) + " vertices", "other indices");
+}
+
 inline void triangulator::collect_events(const polygon& shape) {
     const std::int32_t count = shape.points.count();
-    LDI_ASSERT(count <= detail::max_polygon_vertices);
     events_.clear(), before_.assign(shape.points.size(), -1);
     for (std::int32_t v = 0; v < count; ++v) {
         events_.push_back(detail::polygon_event(shape.points[v], v));

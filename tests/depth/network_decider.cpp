@@ -4,6 +4,7 @@
 #include "tests/support/hard_maps.hpp"
 
 #include <catch2/catch.hpp>
+#include <tests/support/errors.hpp>
 
 #include <algorithm>
 #include <array>
@@ -174,6 +175,22 @@ TEST_CASE("without a network, the decider aligns silhouettes as aligned_silhouet
     CHECK(aligned_silhouettes{never}.decide(depth, serial_executor()).disparity == map);
     const undecided_depth coarse{photo, map, map, {}, 1.2F};
     CHECK(network_decider(&network).decide(coarse, serial_executor()).disparity(30, 39) == map(30, 39));
+}
+
+TEST_CASE("alignment accepts every valid uncertainty for coarse maps, and refuses every invalid one") {
+    const image<float> map(64, 64, 1, 0.5F);
+    const image<std::uint8_t> photo(64, 64, 3, std::uint8_t{90});
+    const auto result_with = [&](float uncertainty, float sample_size) {
+        undecided_depth depth{photo, map, map, {}, sample_size};
+        aligned_silhouettes aligned;
+        aligned.options.uncertainty = uncertainty;
+        return testing::raised([&] { aligned.decide(std::move(depth), serial_executor()); });
+    };
+    for (const float sample_size : {1.0F, 2.0F, 16.0F}) {
+        for (const float uncertainty : {0.0F, 16.1F, 20.0F, 256.0F}) CHECK_FALSE(result_with(uncertainty, sample_size));
+        for (const float uncertainty : {-1.0F, 256.5F, std::nanf("")})
+            CHECK(result_with(uncertainty, sample_size) == error_code::invalid_option);
+    }
 }
 
 TEST_CASE("if the depth map has the photo's resolution, the decider aligns silhouettes and does not run the network") {

@@ -65,6 +65,33 @@ def tiff(tile, width, height, tiles):
     return file + b"\x81\xAA" * 50_000
 
 
+def tiff_strips(height, size):
+    """Strips of one row, each of which contains all of the picture data."""
+    places = 8 + 2 + 9 * 12 + 4
+    sizes, data = places + 4 * height, places + 8 * height
+    entries = [(256, 4, 1, 16), (257, 4, 1, height), (258, 3, 1, 8 << 16), (259, 3, 1, 32773 << 16), (262, 3, 1, 1 << 16),
+               (273, 4, height, places), (277, 3, 1, 1 << 16), (278, 4, 1, 1), (279, 4, height, sizes)]
+    file = b"MM\0*" + struct.pack(">IH", 8, len(entries)) + b"".join(struct.pack(">HHII", *entry) for entry in entries) + bytes(4)
+    return file + struct.pack(">I", data) * height + struct.pack(">I", size) * height + b"\x81\xAA" * (size // 2)
+
+
+def profile(elements):
+    """A color profile whose transform has many elements, all of them the same bytes."""
+    matrix = b"matf" + bytes(4) + struct.pack(">HH", 3, 3) + struct.pack(">12f", 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.001, 0, 0)
+    place = 16 + 8 * elements
+    tag = b"mpet" + bytes(4) + struct.pack(">HHI", 3, 3, elements) + struct.pack(">II", place, len(matrix)) * elements + matrix
+    start = 128 + 4 + 12
+    header = struct.pack(">I4xI4s4s4s6H4s", start + len(tag), 0x04300000, b"mntr", b"RGB ", b"XYZ ", 2020, 1, 1, 0, 0, 0, b"acsp")
+    header = header.ljust(68, b"\0") + struct.pack(">3I", 0xF6D6, 0x10000, 0xD32D)
+    return header.ljust(128, b"\0") + struct.pack(">I", 1) + b"D2B1" + struct.pack(">II", start, len(tag)) + tag
+
+
+def png_with_profile(content):
+    written = io.BytesIO()
+    PHOTO.save(written, "PNG", icc_profile=content)
+    return written.getvalue()
+
+
 def safetensors(tensors):
     with open("examples/models/tiefenrausch_small.safetensors", "rb") as sound:
         header, data = {"__metadata__": json.loads(sound.read(struct.unpack("<Q", sound.read(8))[0]))["__metadata__"]}, b""
@@ -98,6 +125,8 @@ def main():
         "xmp_namespaces_in_16_pictures.jpg": xmp_namespaces(),
         "tiff_one_huge_tile.tif": tiff((65536, 65536), 64, 64, 1),
         "tiff_many_high_tiles.tif": tiff((16, 2_000_000), 1024, 1, 64),
+        "tiff_strips_of_the_same_bytes.tif": tiff_strips(1_000_000, 1_000_000),
+        "png_profile_of_26000_elements.png": png_with_profile(profile(26_000)),
         "weights_65535_additions.safetensors": additions(65_535),
     }
     for name, content in files.items():

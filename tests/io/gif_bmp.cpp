@@ -51,6 +51,13 @@ TEST_CASE("the first frame of GIF files is decoded exactly, with and without int
     check_damage(file);
 }
 
+TEST_CASE("a GIF file with all pixels but without an end code is decoded exactly") {
+    for (const std::size_t width : {1U, 2U, 3U, 7U, 8U, 34U, 255U}) {
+        const image<std::uint8_t> shades = shades_of(5, width);
+        CHECK(largest_difference(decode_photo(gif_file(shades, {.has_end_code = false})).color, colors_of(shades)) == 0);
+    }
+}
+
 TEST_CASE("transparent pixels of a GIF file, and pixels outside its first frame, are white") {
     image<std::uint8_t> shades = shades_of(3, 4);
     const photo with_hole = decode_photo(gif_file(shades, {.transparent = 7}));
@@ -78,6 +85,11 @@ TEST_CASE("BMP files of 8, 24 and 32 bits are decoded exactly, from bottom to to
     byte_string compressed = file;
     compressed[30] = std::byte{1};
     CHECK(raised([&] { decode_photo(compressed); }) == error_code::unsupported);
+    for (const int header_size : {16, 41, 52, 64, 255}) {
+        byte_string other = file;
+        other[14] = static_cast<std::byte>(header_size);
+        CHECK(raised([&] { decode_photo(other); }) == error_code::unsupported);
+    }
 }
 
 TEST_CASE("a BMP file with less data than its size requires, and a GIF file with a huge screen, are refused") {

@@ -27,6 +27,7 @@ struct gif_writing {
     int transparent = -1;
     std::uint32_t left = 0, top = 0, screen_width = 0, screen_height = 0;
     bool animated = false;
+    bool has_end_code = true;
 };
 
 /// A GIF file of an H x W x 1 picture of shades. Clears the code table before codes become longer.
@@ -60,7 +61,10 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
             if (count++ % 250 == 0) put(256);
             put(picture(y, x));
         }
-    put(257), put(0);
+    if (writing.has_end_code)
+        put(257), put(0);
+    else if (waiting_bits > 0)
+        bits.push_back(static_cast<std::byte>(waiting & 255));
     const auto add_frame = [&] {
         file.push_back(std::byte{','});
         for (const std::uint32_t number : {writing.left, writing.top, width, height}) append(file, little_endian(number, 2));

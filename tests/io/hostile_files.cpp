@@ -173,6 +173,20 @@ TEST_CASE("HEIC items with many properties, two configurations or too many coded
     CHECK(code_of(split, data) == error_code::too_large);
     CHECK(code_of(one_item({1, 2, 1}, 10), data) == error_code::invalid_data);
 
+    // An overlay of one item with 900 kB of data
+    record[21] = std::byte{3};  // lengths of four bytes
+    for (const std::size_t uses_of_item : {20U, 60U}) {
+        byte_string coded(900'000);
+        const byte_string places = overlay_data(64, 64);
+        file_items overlay{{{1, "iovl", {{coded.size(), places.size()}}}, {2, "hvc1", {{0, coded.size()}}}},
+                           {box("hvcC", record), size},
+                           {{1, {2}}, {2, {1, 2}}},
+                           {{"dimg", 1, std::vector<std::uint32_t>(uses_of_item, 2)}}};
+        append(coded, places);
+        CHECK(code_of(overlay, coded) == (uses_of_item == 20 ? std::nullopt : std::optional(error_code::too_large)));
+    }
+    record[21] = std::byte{0};
+
     // A grid of items that share one extent or one configuration, both with many units.
     record[22] = std::byte{1};
     append(record, bytes_of(std::string_view("\0\xFF\xFF", 3)));
@@ -310,6 +324,24 @@ TEST_CASE("TIFF entries that share bytes count once per reference toward the mem
                                          {325, 4, 64, 2000}},
                                         100'000);
     CHECK_THROWS_WITH(decode_photo(high_tiles), Catch::Contains("64 tiles of 16 x 2000000"));
+
+    // Strips of one row that all contain the same bytes
+    byte_string strips = tiff({{256, 4, 1, 16},
+                               {257, 4, 1, 1000},
+                               {258, 3, 1, 8},
+                               {259, 3, 1, 32773},
+                               {262, 3, 1, 1},
+                               {273, 4, 1000, 1000},
+                               {277, 3, 1, 1},
+                               {278, 4, 1, 1},
+                               {279, 4, 1000, 5000}},
+                              100'000);
+    for (std::size_t i = 0; i < 1000; ++i) {
+        const byte_string place = big_endian(9000, 4), bytes = big_endian(90'000, 4);
+        std::copy(place.begin(), place.end(), strips.begin() + static_cast<std::ptrdiff_t>(1000 + 4 * i));
+        std::copy(bytes.begin(), bytes.end(), strips.begin() + static_cast<std::ptrdiff_t>(5000 + 4 * i));
+    }
+    CHECK_THROWS_WITH(decode_photo(strips), Catch::Contains("strips or tiles of at most twice the file's size"));
 }
 
 #endif

@@ -180,6 +180,7 @@ TEST_CASE("a photo with unusable depth is decoded without it, and the reason is 
     const std::string range = "GDepth:Near=\"1\" GDepth:Far=\"2\"";
     check_refused(gdepth_jpeg(photo_file, bytes_of("hello"), range), "unknown format");
     check_refused(gdepth_jpeg(photo_file, encode_png(image<std::uint8_t>(20, 20, 1, 9)), range), "proportions");
+    check_refused(gdepth_jpeg(photo_file, bytes_of("Pf\n2 2\n-1.0\n0123456789abcdef"), range), "expected a JPEG or PNG file");
     byte_string cut = depth_file;
     cut.resize(cut.size() / 2);
     check_refused(gdepth_jpeg(photo_file, cut, range), "cut off");
@@ -283,6 +284,9 @@ TEST_CASE("a depth map is inverted if the estimate contradicts it, and stays as 
     CHECK(depth.disparity(4, 1, 0) == 144);
     CHECK(depth.disparity(4, 12, 0) == 1);
     CHECK_FALSE(invert_if_contradicted(depth, estimate));
+    for (float& v : depth.disparity) v = v < 100 ? 3e38F : -3e38F;  // their difference is above the range of floats
+    if (invert_if_contradicted(depth, estimate) || invert_if_contradicted(depth, image<float>(estimate)))
+        for (const float v : depth.disparity) REQUIRE(std::abs(v) == 3e38F);
 }
 
 TEST_CASE("the expected source of depth is found in every photo of the collection") {

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_polygons.hpp>
+#include <tests/support/errors.hpp>
 
 namespace {
 
@@ -107,4 +108,20 @@ TEST_CASE("flipping returns the same triangles if all coordinates are four times
         return t.triangles;
     };
     for (std::uint32_t seed = 0; seed < 100; ++seed) CHECK(triangles_of_square(4, seed) == triangles_of_square(1, seed));
+}
+
+TEST_CASE("triangulations with indices that they do not have, or half-edges that are not mates, are refused") {
+    const ldi::buffer<ldi::lattice_point> square{{0, 0}, {9, 0}, {9, 9}, {0, 9}};
+    const auto result_of = [&](auto change) {
+        ldi::triangulation t{{0, 1, 2, 0, 2, 3}, {-1, -1, 3, 2, -1, -1}};
+        change(t);
+        ldi::buffer<std::int32_t> stack;
+        return ldi::testing::raised([&] { ldi::flip_to_delaunay(square, t, stack); });
+    };
+    CHECK_FALSE(result_of([](auto&) {}));
+    CHECK(result_of([](auto& t) { t.triangles[4] = 4; }) == ldi::error_code::mismatch);
+    CHECK(result_of([](auto& t) { t.triangles.pop_back(); }) == ldi::error_code::mismatch);
+    CHECK(result_of([](auto& t) { t.triangles.pop_back(), t.mates.pop_back(); }) == ldi::error_code::mismatch);
+    for (const std::int32_t wrong : {-2, 0, 4, 6})
+        CHECK(result_of([&](auto& t) { t.mates[2] = wrong; }) == ldi::error_code::mismatch);
 }

@@ -177,3 +177,21 @@ TEST_CASE("splits out of order, repeated, of missing edges, or at corners that a
     CHECK(static_cast<std::int32_t>(boundary.corners(0).size()) == edges + 3);
 }
 #endif
+
+TEST_CASE("outlines whose pieces have corners that do not exist are refused") {
+    const auto result_of = [](const ldi::boundary_piece& piece) {
+        ldi::chart_outlines outlines;
+        outlines.corners.resize(4);
+        outlines.pieces = {piece};
+        return ldi::testing::raised([&] { ldi::simplified_boundary(outlines, {}).corners(0); });
+    };
+    const auto piece_of = [](std::int32_t start, std::int32_t end, std::int32_t first_inner, std::int32_t inner_count) {
+        ldi::boundary_piece piece{};
+        piece.start = start, piece.end = end, piece.first_inner = first_inner, piece.inner_count = inner_count;
+        return piece;
+    };
+    CHECK_FALSE(result_of(piece_of(0, 3, 1, 2)));
+    for (const ldi::boundary_piece& wrong : {piece_of(4, 3, 1, 2), piece_of(0, -1, 1, 2), piece_of(0, 3, 1, 4),
+                                             piece_of(0, 3, -1, 2), piece_of(0, 3, 1, -1), piece_of(0, 3, 5, 0)})
+        CHECK(result_of(wrong) == ldi::error_code::mismatch);
+}

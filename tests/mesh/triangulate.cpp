@@ -2,8 +2,10 @@
 
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_polygons.hpp>
+#include <tests/support/errors.hpp>
 
 #include <algorithm>
+#include <limits>
 
 namespace {
 
@@ -150,4 +152,20 @@ TEST_CASE("the largest coordinates do not overflow") {
     p.points.push_back({1, 0}), p.next.push_back(-1);
     REQUIRE_FALSE(triangulate(p, t));
     require_triangulation(p, t);
+}
+
+TEST_CASE("polygons with indices of vertices that they do not have are refused") {
+    ldi::triangulator triangulate;
+    ldi::triangulation t;
+    const auto result_of = [&](auto change) {
+        ldi::polygon p = closed({{0, 0}, {10, 0}, {10, 10}, {0, 10}});
+        change(p);
+        return ldi::testing::raised([&] { triangulate(p, t); });
+    };
+    CHECK_FALSE(result_of([](auto&) {}));
+    for (const std::int32_t wrong : {-2, 4, 7000, (std::numeric_limits<std::int32_t>::max)()})
+        CHECK(result_of([&](auto& p) { p.next[2] = wrong; }) == ldi::error_code::mismatch);
+    CHECK(result_of([](auto& p) { p.next.pop_back(); }) == ldi::error_code::mismatch);
+    for (const std::int32_t wrong : {-1, 5})
+        CHECK(result_of([&](auto& p) { p.outline_count = wrong; }) == ldi::error_code::mismatch);
 }

@@ -538,6 +538,15 @@ TEST_CASE("unsuitable weights and architectures are refused, and the error state
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, 4, -1e-30F}), Catch::Contains("leak") && Catch::Contains("found -1e-30"));
 }
 
+TEST_CASE("a network that was moved from refuses to inpaint") {
+    farbrausch network(hashed_weights(small), small);
+    const farbrausch moved = std::move(network);
+    const photo_layers layers(make_grid(8, 8));
+    const buffer<std::uint8_t> wanted(64, std::uint8_t{1});
+    CHECK_NOTHROW(moved.colors(layers, wanted));
+    CHECK(testing::raised([&] { network.colors(layers, wanted); }) == error_code::mismatch);  // NOLINT(bugprone-use-after-move)
+}
+
 TEST_CASE("inpainting refuses images, masks and flags of requested pixels that do not match in size or channels") {
     const farbrausch network(hashed_weights(small), small);
     const image<std::uint8_t> color(64, 64, 3), known(8, 64, 1, std::uint8_t{1}), narrow(64, 8), gray(64, 64), rgb(64, 64, 3);

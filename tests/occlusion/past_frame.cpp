@@ -6,6 +6,7 @@
 #include "tests/support/lifted_scene.hpp"
 
 #include <catch2/catch.hpp>
+#include <tests/support/errors.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -239,4 +240,22 @@ TEST_CASE("growing past the frame is refused for layers that have already grown,
     facts.margin = margin;
     CHECK_THROWS_AS(grow_past_frame(layers, facts), error);
     CHECK(layers.size() == grown);
+}
+
+TEST_CASE("growing past the frame is refused for layers that are not in canonical order, and leaves them unchanged") {
+    photo_layers layers = testing::lifted_layers(image<float>(30, 40, 1, 0.9F));
+    photo_facts facts = testing::facts_of(layers.topology());
+    facts.motion = 0.08F;
+    buffer<std::int32_t> by_column, upside_down;
+    for (std::int32_t x = 0; x < 40; ++x)
+        for (std::int32_t y = 0; y < 30; ++y) by_column.push_back(40 * y + x);
+    for (std::int32_t y = 29; y >= 0; --y)
+        for (std::int32_t x = 0; x < 40; ++x) upside_down.push_back(40 * y + x);
+    for (const auto& order : {by_column, upside_down}) {
+        photo_layers other = layers;
+        other.reorder(order);
+        CHECK(testing::raised([&] { grow_past_frame(other, facts); }) == error_code::mismatch);
+        CHECK(other.size() == layers.size());
+    }
+    CHECK(grow_past_frame(layers, facts) > 0);
 }

@@ -104,6 +104,21 @@ fails_with_one() { [ "$(submit)" = "0 0 1 " ]; }
 number_of() { cat "$work"/outputs/log/*.jsonl | grep -c "$1"; }
 is_nothing_converted() { [ "$(number_of '"milliseconds"') $(number_of '"skipped":true')" = "8 8" ]; }
 
+# Runs the task's script directly; it must refuse the list before it starts the program.
+is_refused() {
+    local said status=0
+    printf '%s\n' "${@:2}" >"$work/twice.jsonl"
+    said=$(PHOTO3D=false SLURM_ARRAY_TASK_ID=0 SLURM_ARRAY_TASK_COUNT=2 bash examples/service/photos.sbatch "$work/twice.jsonl" "$work/none" 2>&1) ||
+        status=$?
+    [ "$status $said" = "$1" ]
+}
+refuses_equal_names() {
+    local refusal="2 $work/twice.jsonl: several photos are named 1; name their outputs in the list"
+    is_refused "$refusal" '"/a/1.jpg"' '"/b/2.jpg"' '"/b/1.png"' && is_refused "$refusal" /a/1.jpg '{"photo": "/b/1.heic"}' &&
+        is_refused "1 " '"/a/1.jpg"' '{"photo": "/b/1.jpg", "output": "b1.glb"}' '"/b/2.jpg"' && is_refused "1 " '{"photo": "1.jpg", "output": "x.glb"}'
+}
+
+count_step "a list with two photos that would have the same output is refused" refuses_equal_names
 if ! count_step "a cluster of one node starts" start_cluster || [ "$failed" != 0 ]; then
     print_tally
     exit 1

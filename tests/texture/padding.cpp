@@ -48,7 +48,7 @@ drawing draw(const photo_layers& layers, const chart& c, const padding_options& 
               image<texel_kind>(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), 1, texel_kind::empty),
               {options.filter_padding, options.filter_padding}};
     const std::vector<texel_kind> kinds(layers.size(), texel_kind::photo);
-    chart_padder padder(layers.topology(), layers.column<color_column>(), kinds, d.color, d.kind);
+    detail::chart_padder padder(layers.topology(), layers.column<color_column>(), kinds, d.color, d.kind);
     padder.draw(c, d.placement, {0, 0, columns, rows}, options);
     return d;
 }

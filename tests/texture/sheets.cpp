@@ -7,6 +7,7 @@
 #include <ldi/kernels/area_resize.hpp>
 
 #include <catch2/catch.hpp>
+#include <tests/support/errors.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -264,6 +265,11 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
     CHECK(testing::raised([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
     CHECK(testing::raised([&] { max_chart_side(200); }) == error_code::too_large);
     CHECK(max_chart_side(1.0) > 4000);
+    for (const double scale : {0.0, -1.0, std::nan("")})
+        CHECK(testing::raised([&] { max_chart_side(scale); }) == error_code::invalid_option);
+    if constexpr (sizeof(std::size_t) > 4)
+        CHECK(testing::raised([&] { lay_out_sheets(s.layers, s.charts, s.atlas, 100, std::size_t{1} << 31); }) ==
+              error_code::too_large);
     chart_set other_charts = s.charts;
     other_charts.charts.front().pixels.back() = s.layers.topology().count();
     const auto lay_out_others = [&] { lay_out_sheets(s.layers, other_charts, s.atlas, s.photo.height(), s.photo.width()); };
@@ -283,4 +289,7 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
     sheet_layout outside = s.layout;
     for (sheet_placement& place : outside.placements) place.room.x += 16 * place.sheet * s.layout.sizes[1].width;
     CHECK(testing::raised([&] { draw_sheet(outside, 1, s.charts, s.atlas, s.worked_on, s.photo); }) == error_code::mismatch);
+    sheet_layout moved = s.layout;
+    for (sheet_placement& place : moved.placements) place.photo_y += 3;
+    CHECK(testing::raised([&] { draw_sheet(moved, 1, s.charts, s.atlas, s.worked_on, s.photo); }) == error_code::mismatch);
 }

@@ -17,8 +17,9 @@ export function checkGlb(bytes) {
         throw new Error("Its JSON is broken.");
     }
     const list = (name) => (Array.isArray(json?.[name]) ? json[name].map((entry) => entry ?? {}) : []);
-    if ([...list("buffers"), ...list("images")].some(({ uri }) => uri !== undefined && !String(uri).startsWith("data:")))
-        throw new Error("It refers to other files.");
+    // The checks below read the binary chunk only, so text must not contain files, either.
+    if ([...list("buffers"), ...list("images")].some(({ uri }) => uri !== undefined))
+        throw new Error("It refers to other files, or has files as text.");
     // Anything but a number of 0 or more counts as too large: strings would be appended to the sum.
     const total = (sizes) => sizes.reduce((sum, size) => sum + (typeof size === "number" && size >= 0 ? size : Infinity), 0);
     const values = total(list("accessors").map(({ count }) => count));

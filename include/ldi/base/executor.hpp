@@ -89,7 +89,6 @@ public:
     ///          of them, the pool is smaller
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
-        workers_.reserve(threads - 1);
         for (std::size_t i = 1; i < threads; ++i)
             if (!start_worker()) break;
     }

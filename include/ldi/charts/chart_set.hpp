@@ -63,6 +63,14 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     return different == 0 && outside >= 0;
 }
 
+inline void check_boxes(const chart_set& charts, const char* where) {
+    for (const chart& c : charts.charts)
+        if (c.width > max_chart_box || c.height > max_chart_box)
+            raise(error_code::too_large, where,
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(c.width) + " x " + std::to_string(c.height));
+}
+
 }  // namespace detail
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.

@@ -25,6 +25,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -47,8 +48,9 @@ struct chart_options {
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if an invariant of
-/// a view's graph does not hold. Time is linear. If the boxes exceed max_area, charts are grown again with a smaller limit:
-/// usually once, and at most five times with the default max_side. Memory is up to 25 bytes per pixel and 120 per chart.
+/// a view's graph does not hold, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and positions.
+/// If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the
+/// default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
@@ -60,6 +62,9 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
         if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
     constexpr std::int32_t min_side = 64;
     const graph_view& g = layers.topology();
+    if (g.position_count() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
+        raise(error_code::too_large, "make_charts", "a lattice of fewer than 2^31 positions",
+              std::to_string(g.width()) + " x " + std::to_string(g.height()));
     std::int32_t side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));
     while (true) {
         chart_set charts =

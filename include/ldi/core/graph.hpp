@@ -129,7 +129,10 @@ private:
         if (width < 0 || height < 0) refuse_lattice(width, height);
     }
 
-    Column& column(side s) { return neighbors_[static_cast<std::size_t>(s)]; }
+    Column& column(side s) {
+        LDI_ASSERT(is_side(s));
+        return neighbors_[static_cast<std::size_t>(s)];
+    }
 
     std::int32_t width_ = 0, height_ = 0;
     Column x_, y_, neighbors_[4];

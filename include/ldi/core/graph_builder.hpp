@@ -86,11 +86,11 @@ public:
         there = no_pixel;
     }
 
-    /// Moves a pixel without checking its links. No function returns a writable view of a column, because the caller could
-    /// change the graph through it after build().
+    /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
+    /// because the caller could change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
-    /// direction, too. Threads may set different pixels or sides at the same time.
+    /// direction, too. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
     /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, even in release builds; the builder

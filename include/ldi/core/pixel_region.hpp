@@ -28,6 +28,7 @@ public:
         std::int32_t pixel;  ///< number of the first pixel
 
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
+        friend bool operator==(const run&, const run&) = default;
     };
 
     /// Makes a region without pixels, on a lattice of 0 x 0.
@@ -71,6 +72,8 @@ public:
         return result;
     }
 
+    friend bool operator==(const pixel_region&, const pixel_region&) = default;
+
 private:
     friend pixel_region_builder;
 
@@ -85,9 +88,10 @@ private:
 /// Makes a pixel_region row by row: call add_run() from left to right, then end_row(), and build() after the last row.
 class pixel_region_builder {
 public:
-    /// width  of the lattice; raises invalid_option if negative
+    /// width  of the lattice; raises invalid_option if negative or above 2^30
     explicit pixel_region_builder(std::int32_t width) {
-        if (width < 0) raise(error_code::invalid_option, "pixel_region_builder", "a width of 0 or more", std::to_string(width));
+        if (width < 0 || width > 1 << 30)
+            raise(error_code::invalid_option, "pixel_region_builder", "a width from 0 to 2^30", std::to_string(width));
         made_.width_ = width;
     }
 

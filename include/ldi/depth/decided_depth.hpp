@@ -35,14 +35,15 @@ struct decided_depth {
 };
 
 /// Moves silhouettes onto the photo's edges with align_silhouettes(). Lengths in `options` are for a depth map with the photo's
-/// resolution.
+/// resolution; for a coarser map, they are multiplied by its sample size, the uncertainty to at most 256 pixels.
 struct aligned_silhouettes {
     alignment_options options;
 
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         alignment_options scaled = options;
-        scaled.uncertainty *= depth.sample_size;
+        constexpr float farthest = 256.0F;  // align_silhouettes() accepts no larger value
+        if (options.uncertainty <= farthest) scaled.uncertainty = (std::min)(options.uncertainty * depth.sample_size, farthest);
         constexpr float longest = 0x1p40F;  // longer than any silhouette
         const float min_length = depth.sample_size * detail::nearest_float(scaled.min_length);
         scaled.min_length = static_cast<std::size_t>(detail::nearest_whole(double{(std::min)(min_length, longest)}));

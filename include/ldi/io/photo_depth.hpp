@@ -153,7 +153,8 @@ inline bool invert_if_contradicted(photo_depth& depth, const image<float>& estim
     if (std::isnan(correlation) || correlation > max_correlation) return false;
     const auto [lowest, highest] = std::minmax_element(map.begin(), map.end());
     const float low = *lowest, high = *highest;
-    for (float& v : map) v = high - v + low;
+    const bool fits = std::isfinite(high - low);
+    for (float& v : map) v = fits ? high - v + low : static_cast<float>(double{high} - double{v} + double{low});
     depth.source += ", black is near";
     return true;
 }
@@ -206,6 +207,24 @@ inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
 #endif
 }
 
+/// Returns the memory in bytes for splitting a picture into halves: the left half as colors, the right half as floats, and 4 more
+/// bytes per pixel of the right half for fill_invalid().
+inline double memory_of_halves(std::size_t height, std::size_t width) {
+    return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
+}
+
+/// Adds the depth stored in a photo's own file: the right half of a PNG, or depth inside.
+inline void add_stored_depth(photo_with_depth& result, std::span<const std::byte> bytes, decoding_budget& budget,
+                             const std::string& where) {
+    if (!is_png(bytes) || !is_side_by_side(result.photo.color)) return add_depth_inside(result, bytes, budget, where);
+    const image<std::uint8_t>& stored = result.photo.color;
+    budget.charge(memory_of_halves(stored.height(), stored.width()), where, "a photo beside its depth map");
+    const image<std::uint8_t> both = std::move(result.photo.color);
+    const std::size_t half = both.width() / 2;
+    result.photo.color = take_columns<std::uint8_t>(both, 0, half, 3);
+    result.depth = photo_depth{take_columns<float>(both, half, half, 1), false, false, true, "the right half"};
+}
+
 /// Decodes a photo with a depth map from another file, or with the depth inside its own file if that map can't be used.
 ///
 /// read_map  accepts depth_map_options and returns the map
@@ -214,21 +233,16 @@ photo_with_depth decode_photo_with(ReadMap&& read_map, std::span<const std::byte
                                    const std::string& where, const std::string& map_where) {
     depth_map_options map_options;
     map_options.formats = options.formats;
+    decoding_budget budget(options.limits, options.formats, bytes.size());
     photo_with_depth result;
-    result.photo = decode_photo(bytes, options, where);
+    result.photo = decode_photo_within(bytes, budget, where);
     try_depth(result, map_where, [&] { return photo_depth{read_map(map_options), false, false, true, map_where}; });
     if (result.depth) return result;
     const std::string refused = std::move(result.refused);
-    result = {};  // releases the colors before they are decoded again
-    result = decode_photo_with_depth(bytes, options, where);
+    result.refused.clear();
+    add_stored_depth(result, bytes, budget, where);
     if (result.refused.empty()) result.refused = refused;
     return result;
-}
-
-/// Returns the memory in bytes for splitting a picture into halves: the left half as colors, the right half as floats, and 4 more
-/// bytes per pixel of the right half for fill_invalid().
-inline double memory_of_halves(std::size_t height, std::size_t width) {
-    return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }
 
 }  // namespace detail
@@ -240,16 +254,7 @@ inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     photo_with_depth result;
     result.photo = detail::decode_photo_within(bytes, budget, where);
-    if (detail::is_png(bytes) && detail::is_side_by_side(result.photo.color)) {
-        const image<std::uint8_t>& stored = result.photo.color;
-        budget.charge(detail::memory_of_halves(stored.height(), stored.width()), where, "a photo beside its depth map");
-        const image<std::uint8_t> both = std::move(result.photo.color);
-        const std::size_t half = both.width() / 2;
-        result.photo.color = detail::take_columns<std::uint8_t>(both, 0, half, 3);
-        result.depth = photo_depth{detail::take_columns<float>(both, half, half, 1), false, false, true, "the right half"};
-        return result;
-    }
-    detail::add_depth_inside(result, bytes, budget, where);
+    detail::add_stored_depth(result, bytes, budget, where);
     return result;
 }
 

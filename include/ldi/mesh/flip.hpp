@@ -3,22 +3,42 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/mesh/polygon.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares angles
-/// in integer arithmetic. `stack` is working memory.
+/// in integer arithmetic.
+///
+/// points  of the triangulated polygon
+/// t       as triangulator makes it
+/// stack   working memory
+///
+/// Raises mismatch for an index that `points` or `t` does not have, and for half-edges that are not each other's mates.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
 
 constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+
+inline void check_triangulation(std::size_t points, const triangulation& t) {
+    const std::int32_t count = t.mates.count();
+    bool is_sound = t.triangles.size() == t.mates.size() && count % 3 == 0;
+    for (std::int32_t h = 0; is_sound && h < count; ++h) {
+        const std::int32_t m = t.mates[h];
+        is_sound = t.triangles[h] < points && (m == -1 || (m >= 0 && m < count && m / 3 != h / 3 && t.mates[m] == h));
+    }
+    if (!is_sound)
+        raise(error_code::mismatch, "flip_to_delaunay", "a triangulation of " + std::to_string(points) + " points",
+              "other indices");
+}
 
 /// Replaces the edge of half-edge h, between triangles a b c and b a d, with the edge c d.
 inline void flip(triangulation& t, std::int32_t h) {
@@ -41,6 +61,7 @@ inline void flip(triangulation& t, std::int32_t h) {
 
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
     using detail::next_half_edge;
+    detail::check_triangulation(points.size(), t);
     stack.clear();
     for (std::int32_t h = 0; h < t.mates.count(); ++h)
         if (t.mates[h] > h) stack.push_back(h);

@@ -56,7 +56,8 @@ struct boundary_split {
 /// including both. split() refines individual edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
-    /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0. `outlines` must outlive the result.
+    /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0, and mismatch for a piece with corners that
+    /// `outlines` does not have. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
     simplified_boundary(const chart_outlines&&, const simplify_options&, const depth_range& = {}) = delete;
 
@@ -157,7 +158,12 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
     buffer<std::uint8_t> keep;
     buffer<std::pair<std::int32_t, std::int32_t>> stack;
     stretches_.reserve(outlines.pieces.size());
+    const std::int32_t count = outlines.corners.count();
     for (const boundary_piece& p : outlines.pieces) {
+        if ((std::min)({p.start, p.end, p.first_inner, p.inner_count}) < 0 || (std::max)(p.start, p.end) >= count ||
+            p.inner_count > count - p.first_inner)
+            raise(error_code::mismatch, "simplified_boundary", "pieces of " + std::to_string(count) + " corners",
+                  "other indices");
         const auto inner = outlines.corners.begin() + p.first_inner;
         points.assign(1, corner(p.start));
         points.insert(points.end(), inner, inner + p.inner_count);

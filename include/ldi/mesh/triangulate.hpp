@@ -6,6 +6,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/mesh/detail/waiting_chains.hpp>
 #include <ldi/mesh/polygon.hpp>
 
@@ -13,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -28,7 +30,8 @@ class triangulator {
 public:
     /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
     /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
-    /// conflict; `result` is then invalid.
+    /// conflict; `result` is then invalid. Raises mismatch for an index that `shape` does not have, and too_large for more than
+    /// 2^28 vertices.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -50,6 +53,7 @@ private:
         std::size_t last_ending() const { return first_ending + ending; }
     };
 
+    static void check(const polygon& shape);
     static bool is_right_of(lattice_point p, const active_edge& e) { return detail::turn(e.upper, e.lower, p) < 0; }
 
     void collect_events(const polygon& shape);
@@ -73,7 +77,7 @@ private:
 };
 
 inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
-    LDI_ASSERT(shape.next.size() == shape.points.size());
+    check(shape);
     collect_events(shape);
     chains_.clear(), status_.clear();
     result.triangles.clear(), result.mates.clear();
@@ -86,9 +90,18 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
     return std::nullopt;
 }
 
+inline void triangulator::check(const polygon& shape) {
+    const std::size_t count = shape.points.size();
+    if (count > static_cast<std::size_t>(detail::max_polygon_vertices))
+        raise(error_code::too_large, "triangulator", "at most 2^28 vertices", std::to_string(count));
+    const auto is_index = [&](std::int32_t next) { return next >= -1 && next < static_cast<std::int32_t>(count); };
+    if (shape.next.size() != count || shape.outline_count < 0 || static_cast<std::size_t>(shape.outline_count) > count ||
+        !std::all_of(shape.next.begin(), shape.next.end(), is_index))
+        raise(error_code::mismatch, "triangulator", "a polygon of " + std::to_string(count) + " vertices", "other indices");
+}
+
 inline void triangulator::collect_events(const polygon& shape) {
     const std::int32_t count = shape.points.count();
-    LDI_ASSERT(count <= detail::max_polygon_vertices);
     events_.clear(), before_.assign(shape.points.size(), -1);
     for (std::int32_t v = 0; v < count; ++v) {
         events_.push_back(detail::polygon_event(shape.points[v], v));

@@ -113,6 +113,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     if (wanted.size() != layers.size())
         raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " marks of wanted pixels",
               std::to_string(wanted.size()));
+    if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "one that was moved from");
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();

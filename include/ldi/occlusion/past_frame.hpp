@@ -95,9 +95,9 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin or if the camera and the lattice differ
-/// in size, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or positions; after too_large the
-/// layers are empty. Linear time.
+/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin, if the camera and the lattice differ
+/// in size, or for layers in another order, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or
+/// positions; after too_large the layers are empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -111,6 +111,11 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
                   " x " + std::to_string(facts.camera.height) + " with a margin of " + std::to_string(facts.margin));
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
+    const graph& in = layers.topology();
+    for (std::int32_t i = 0; i < in.count(); ++i)
+        if ((i > 0 && in.y()[i] < in.y()[i - 1]) || (in.right()[i] != no_pixel && in.right()[i] != i + 1))
+            raise(error_code::mismatch, "grow_past_frame", "layers in canonical order",
+                  "pixel " + std::to_string(i) + " out of order");
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
     // Inside grow() the layers are empty, but these views are valid.

@@ -63,10 +63,11 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit; invalid_option for an option outside its range; and mismatch
-/// if an invariant of a view's graph does not hold, for charts that do not belong to `layers`, or that have two pixels at one
-/// position. Time is linear in pixels and texels, except for packing, whose time is proportional to the number of charts times
-/// the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per texel.
+/// only affects `kind`. Raises too_large if the charts do not fit, or for a chart larger than max_chart_box; invalid_option for
+/// an option outside its range; and mismatch if an invariant of a view's graph does not hold, for charts that do not belong to
+/// `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except for packing, whose time is
+/// proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per
+/// texel, and 4 per position of the lattice.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -81,6 +82,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
               std::to_string(options.max_side));
     check_topology(layers.topology(), "make_atlas");
     check_charts(charts, layers.topology(), "make_atlas");
+    detail::check_boxes(charts, "make_atlas");
 
     const auto blocks = [&](std::int32_t length) {
         return static_cast<std::int32_t>((std::int64_t{length} + 2 * padding + macroblock_side - 1) / macroblock_side);
@@ -113,7 +115,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
+        detail::chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};

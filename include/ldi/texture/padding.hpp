@@ -41,14 +41,16 @@ struct atlas_rectangle {
 
 inline constexpr std::int32_t max_filter_padding = 1024;
 
-/// Options of chart_padder: the texels around a chart that continue its colors.
+/// Options of the padding: the texels around a chart that continue its colors.
 struct padding_options {
     std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp), 0 or more
 };
 
-/// Draws and pads charts one by one, and reuses its memory. One object serves one thread; several objects may draw charts at the
-/// same time if their rectangles share no texel.
+namespace detail {
+
+/// Draws and pads charts one by one, and reuses its memory. make_atlas() checks all arguments. One object serves one thread;
+/// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
@@ -240,4 +242,5 @@ private:
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
-}}  // namespace ldi
+}
+}}  // namespace ldi::detail

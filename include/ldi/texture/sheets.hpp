@@ -65,13 +65,22 @@ inline void check_room(const atlas_rectangle& room, rectangle_size sheet) {
                   std::to_string(room.y) + ")");
 }
 
+inline void check_place(const sheet_layout& layout, std::size_t c, const chart& shape) {
+    const sheet_placement& place = layout.placements[c];
+    if (place.photo_x != layout.across.first_at(std::int64_t{shape.x} - layout.padding) ||
+        place.photo_y != layout.down.first_at(std::int64_t{shape.y} - layout.padding))
+        raise(error_code::mismatch, "draw_sheet", "the charts passed to lay_out_sheets()",
+              "chart " + std::to_string(c) + " at another position");
+}
+
 }  // namespace detail
 
 /// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is no such
-/// size.
+/// size, and invalid_option unless the scale is above 0.
 ///
 /// scale  pixels of the photo per pixel of the layered image, on the axis where this ratio is larger
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
+    if (!(scale > 0)) raise(error_code::invalid_option, "max_chart_side", "a scale above 0", detail::to_text(scale));
     // Chart edges that lie inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
@@ -88,7 +97,7 @@ inline std::int32_t max_chart_side(double scale, const sheet_options& options = 
 /// photo_height, photo_width  size of the photo for draw_sheet()
 ///
 /// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, too_large for a chart that fits on no
-/// sheet.
+/// sheet, or for a side of the photo above 2^30.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -107,6 +116,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
+    if ((std::max)(photo_height, photo_width) > std::size_t{1} << 30)
+        raise(error_code::too_large, "lay_out_sheets", "a photo with sides of at most 2^30",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width));
     sheet_layout layout;
     layout.padding = options.padding;
     layout.across = {static_cast<std::int64_t>(photo_width), g.width() - 2 * options.margin, options.margin};
@@ -178,6 +190,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
         if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
         detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
         detail::check_room(layout.placements[c].room, size);
+        detail::check_place(layout, c, charts.charts[c]);
         const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
                                             photo);
         parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {

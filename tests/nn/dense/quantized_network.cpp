@@ -385,6 +385,22 @@ TEST_CASE("invalid network descriptions are refused, and the error names the ten
     });
 }
 
+TEST_CASE("a network that was moved from raises an error") {
+    ldi::quantized_network network(one_convolution());
+    const ldi::quantized_network moved = std::move(network);
+    CHECK(moved.input_channels() > 0);
+    ldi::serial_executor serial;
+    const image<std::uint8_t> input(4, 4, moved.input_channels(), std::uint8_t{0});
+    const auto refused = [](auto&& call) { return ldi::testing::raised(call) == ldi::error_code::mismatch; };
+    CHECK(refused([&] { network.run(input, serial); }));  // NOLINT(bugprone-use-after-move)
+    CHECK(refused([&] { network.output_size({4, 4}); }));
+    CHECK(refused([&] { network.working_bytes({4, 4}, 1); }));
+    CHECK(refused([&] { network.input_channels(); }));
+    CHECK(refused([&] { network.output_channels(); }));
+    CHECK(refused([&] { network.input_quantization(); }));
+    CHECK(refused([&] { network.output_quantization(); }));
+}
+
 TEST_CASE("depthwise biases of 2^30 and more are refused, and a bias of 2^30 - 1 saturates the result") {
     constexpr std::int32_t limit = 1 << 30;
     random_source random{std::mt19937(5)};

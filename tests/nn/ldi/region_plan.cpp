@@ -3,7 +3,9 @@
 #include "tests/support/random_region.hpp"
 
 #include <catch2/catch.hpp>
+#include <tests/support/errors.hpp>
 
+#include <limits>
 #include <vector>
 
 using namespace ldi;
@@ -78,4 +80,16 @@ TEST_CASE("a plan for a pixel region refuses kernel sizes other than 1, 3, ..., 
         CHECK_THROWS_AS(plan_convolution(region, kernel_size, half), error);
     }
     CHECK_NOTHROW(plan_convolution(region, 15));
+}
+
+TEST_CASE("a plan with stride 2 refuses any region but the halved one") {
+    const pixel_region region = region_of(random_marks(12, 17, 1));
+    for (const pixel_region& wrong : {region, halved(region_of(random_marks(12, 17, 2))), halved(halved(region)), pixel_region()})
+        CHECK(testing::raised([&] { plan_convolution(region, 3, wrong); }) == error_code::mismatch);
+}
+
+TEST_CASE("a pixel region's lattice has at most 2^30 columns") {
+    CHECK_NOTHROW(pixel_region_builder(1 << 30));
+    for (const std::int32_t width : {(1 << 30) + 1, (std::numeric_limits<std::int32_t>::max)(), -1})
+        CHECK(testing::raised([&] { pixel_region_builder{width}; }) == error_code::invalid_option);
 }

@@ -282,7 +282,7 @@ def _add_repr(cls, text):
 _add_repr(Depth, lambda d: f"{d.disparity.shape[1]} x {d.disparity.shape[0]} pixels from {d.estimated.shape[1]} x {d.estimated.shape[0]} samples")
 _add_repr(Curve, lambda c: f"{len(c)} pixel sides{', closed' if c.is_closed else ''}")
 _add_repr(Layer, lambda s: f"{s.width} x {s.height} pixels, {len(s.curves)} curves")
-_add_repr(Layers, lambda s: f"{s.width} x {s.height}, {len(s)} pixels, {len(s) - s.width * s.height} of them hidden")
+_add_repr(Layers, lambda s: f"{s.width} x {s.height}, {len(s)} pixels")
 _add_repr(Chart, lambda c: f"{c.width} x {c.height} at ({c.x}, {c.y}), {len(c.pixels)} pixels")
 _add_repr(Charts, lambda c: f"{len(c)} charts of {len(c.chart_of)} pixels")
 _add_repr(Atlas, lambda a: f"{a.color.shape[1]} x {a.color.shape[0]} texels, {100 * a.fill:.0f} % filled")

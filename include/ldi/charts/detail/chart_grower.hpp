@@ -115,7 +115,7 @@ private:
 
     static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
         const std::int32_t pieces = (length - 1) / cap + 1;  // 1 for a length of 0
-        return (length + pieces - 1) / pieces;
+        return length / pieces + (length % pieces != 0 ? 1 : 0);
     }
 
     std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }

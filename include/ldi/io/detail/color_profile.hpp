@@ -115,11 +115,16 @@ struct transform_deleter {
 };
 using profile_handle = std::unique_ptr<void, profile_closer>;
 
-/// Opens the profile. Returns null if an ICC profile is damaged, or if the primaries are neither BT.2020 nor Display P3.
+/// Opens the profile. Returns null if an ICC profile is damaged or has a transform of any number of elements (tags D2B0 to D2B3),
+/// which no camera writes and which may take hours, or if the primaries are neither BT.2020 nor Display P3.
 inline profile_handle open_profile(cmsContext context, const color_profile& profile) {
-    if (!profile.icc.empty())
-        return profile_handle(
+    if (!profile.icc.empty()) {
+        profile_handle opened(
             cmsOpenProfileFromMemTHR(context, profile.icc.data(), static_cast<cmsUInt32Number>(profile.icc.size())));
+        for (const cmsTagSignature tag : {cmsSigDToB0Tag, cmsSigDToB1Tag, cmsSigDToB2Tag, cmsSigDToB3Tag})
+            if (opened && cmsIsTag(opened.get(), tag) != 0) return nullptr;
+        return opened;
+    }
     cmsCIExyY white = {0.3127, 0.3290, 1.0};
     cmsCIExyYTRIPLE p3 = {{0.680, 0.320, 1.0}, {0.265, 0.690, 1.0}, {0.150, 0.060, 1.0}};
     cmsCIExyYTRIPLE bt2020 = {{0.708, 0.292, 1.0}, {0.170, 0.797, 1.0}, {0.131, 0.046, 1.0}};

@@ -74,7 +74,10 @@ private:
         for (;;) {
             for (; waiting_bits < size; waiting_bits += 8, --left) {
                 if (left == 0) left = block();
-                if (left == 0) broken("a frame that is cut off");
+                if (left == 0) {
+                    if (made == pixels) return;  // some writers leave the end code out
+                    broken("a frame that is cut off");
+                }
                 waiting |= byte_at(bytes_, at_++) << waiting_bits;
             }
             const unsigned code = waiting & ((1U << size) - 1);
@@ -112,6 +115,9 @@ inline picture_header read_bmp_header(std::span<const std::byte> bytes, const st
     if (bytes.size() < 26) broken(cut_off);
     const std::size_t data = little_endian_32(bytes, 10), header_size = little_endian_32(bytes, 14);
     const bool is_old = header_size == 12;
+    if (!is_old && header_size != 40 && header_size != 56 && header_size != 108 && header_size != 124)
+        raise(error_code::unsupported, where, "a BMP header of 12, 40, 56, 108 or 124 bytes",
+              std::to_string(header_size) + " bytes");
     if (!is_old && bytes.size() < 34) broken(cut_off);
     const std::uint32_t width = is_old ? little_endian_16(bytes, 18) : little_endian_32(bytes, 18);
     std::uint32_t height = is_old ? little_endian_16(bytes, 20) : little_endian_32(bytes, 22);

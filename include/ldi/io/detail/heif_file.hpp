@@ -56,7 +56,7 @@ inline void check_heif(const heif_error& said, const std::string& where) {
 /// An open file in memory. The bytes must outlive this object.
 struct heif_file {
     heif_file(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
-        : items(bytes, budget, where), context(heif_context_alloc()) {
+        : items(checked(bytes, budget, where), budget, where), context(heif_context_alloc()) {
         if (!context)
             raise(error_code::out_of_memory, where, "memory for a file of " + std::to_string(bytes.size()) + " bytes", "less");
         const std::size_t longest_side = (std::min)(budget.max_pixels(), std::size_t{65535});
@@ -73,6 +73,12 @@ struct heif_file {
     heif_picture_handle primary;
 
 private:
+    static std::span<const std::byte> checked(std::span<const std::byte> bytes, const decoding_budget& budget,
+                                              const std::string& where) {
+        budget.check_format(picture_format::heif, where);
+        return bytes;
+    }
+
     /// Sets libheif's own limits, if this version of libheif has them.
     void limit([[maybe_unused]] const decoding_budget& budget) {
 #if LIBHEIF_NUMERIC_VERSION >= 0x01130000

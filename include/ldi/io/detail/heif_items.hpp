@@ -28,7 +28,7 @@ public:
     ///
     /// Raises invalid_data, unsupported, too_large.
     heif_items(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
-        : boxes_(bytes, where), where_(where) {
+        : boxes_(bytes, where), where_(where), file_size_(nearest_double(bytes.size())) {
         double listed = 0;
         for (const auto& [id, item] : boxes_.items)
             for (const std::span<const std::byte>& extent : item.extents) listed += nearest_double(extent.size());
@@ -62,6 +62,7 @@ private:
         double width = 0, height = 0, memory = 0;
         double pixels = 0;        ///< of all pictures; a pixel counts once per decoding, rotation, mirroring and crop
         double pictures = 0;      ///< number of decoded pictures, with repetitions
+        double coded = 0;         ///< bytes of their data, with repetitions
         double per_pixel = 0;     ///< memory in bytes
         bool is_foreign = false;  ///< the codec is neither HEVC nor AV1
         bool is_known = false;    ///< false while the cost is being computed
@@ -88,8 +89,10 @@ private:
         if (header.width == 0 || header.height == 0) broken("an empty picture");
         header.more_memory = c.memory + 4e6;  // memory of the decoder itself
         budget.charge(header, where);
-        budget.charge_samples(3 * c.pixels, where,
-                              "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
+        // Decoding a byte of data takes as long as about 40 samples. Data that is decoded only once is not charged.
+        budget.charge_samples(3 * c.pixels + 40 * (std::max)(c.coded - file_size_, 0.0), where,
+                              "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels and " +
+                                  std::to_string(static_cast<std::uint64_t>(c.coded)) + " bytes, with repetitions");
         return header;
     }
 
@@ -113,7 +116,8 @@ private:
             const cost& auxiliary = cost_of(other, depth + 1);
             if (is_auxiliary(other, "urn:mpeg:avc:2015:auxid:1") || is_auxiliary(other, "urn:mpeg:hevc:2015:auxid:1") ||
                 is_auxiliary(other, "urn:mpeg:mpegB:cicp:systems:auxiliary:alpha"))
-                c.memory += auxiliary.memory, c.pixels += auxiliary.pixels, c.pictures += auxiliary.pictures;
+                c.memory += auxiliary.memory, c.pixels += auxiliary.pixels, c.pictures += auxiliary.pictures,
+                    c.coded += auxiliary.coded;
         }
         c.is_known = true;
         return c;
@@ -169,6 +173,7 @@ private:
         const bool is_av1 = item.type == "av01";
         c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
         c.pictures = 1;
+        c.coded = nearest_double(data.size());
         c.is_foreign = item.type != "hvc1" && item.type != "av01";
         add_own(c);
     }
@@ -177,7 +182,7 @@ private:
         double pixels = 0, memory = 0;
         for (const std::uint32_t id : item.sources) {
             const cost& source = cost_of(id, depth + 1);
-            pixels += source.pixels, c.pictures += source.pictures;
+            pixels += source.pixels, c.pictures += source.pictures, c.coded += source.coded;
             memory = (std::max)(memory, source.memory);
             c.per_pixel = (std::max)(c.per_pixel, source.per_pixel), c.is_foreign = c.is_foreign || source.is_foreign;
             if (item.type == "iden") c.width = (std::max)(c.width, source.width), c.height = (std::max)(c.height, source.height);
@@ -223,6 +228,7 @@ private:
 
     heif_boxes boxes_;
     const std::string& where_;
+    double file_size_;
     std::map<std::uint32_t, cost> costs_;
     mutable buffer<std::byte> joined_;
     std::size_t units_left_ = max_units;

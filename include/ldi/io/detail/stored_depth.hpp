@@ -34,6 +34,8 @@ struct depth_meaning {
 /// Decodes a gray picture to values from 0 to 1. Raises the errors of decode_depth_map().
 inline image<float> decode_gray_unit(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     const picture_header header = take_depth_header(bytes, budget, where);
+    if (header.format != picture_format::jpeg && header.format != picture_format::png)
+        raise(error_code::unsupported, where, "a JPEG or PNG file", describe_format(bytes));
     image<float> values = decode_gray(bytes, header, where);
     const float scale = header.bits == 16 ? 1.0F / 65535 : 1.0F / 255;
     for (float& v : values) v *= scale;

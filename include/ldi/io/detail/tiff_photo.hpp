@@ -144,16 +144,21 @@ private:
         header.more_memory = nearest_double(memory.bytes.size()) + 2 * part * (layout == PLANARCONFIG_CONTIG ? 1 : 4) +
                              4 * nearest_double(tile_width) * nearest_double(tile_height);
         budget.charge(header, where);
+        // Several strips or tiles may share the same bytes of the file, and libtiff reads them for each.
+        const std::uint32_t parts = is_tiled ? TIFFNumberOfTiles(file.get()) : TIFFNumberOfStrips(file.get());
+        const double size = nearest_double(memory.bytes.size());
+        double coded = 0;
+        for (std::uint32_t i = 0; i < parts && coded <= 2 * size; ++i)
+            coded += (std::min)(nearest_double(TIFFGetStrileByteCount(file.get(), i)), size);
+        if (coded > 2 * size) raise(error_code::too_large, where, "strips or tiles of at most twice the file's size", "more");
         if (!is_tiled) return;
-        // libtiff decodes whole tiles, even if most of a tile lies outside the picture, and several tiles may share the same
-        // bytes of the file.
+        // libtiff decodes whole tiles, even if most of a tile lies outside the picture.
         std::uint16_t channels = 1;
         TIFFGetFieldDefaulted(file.get(), TIFFTAG_SAMPLESPERPIXEL, &channels);
-        const std::uint32_t tiles = TIFFNumberOfTiles(file.get());  // of all planes, if each channel is a separate plane
-        budget.charge_samples(
-            nearest_double(tiles) * nearest_double(tile_width) * nearest_double(tile_height) *
+        budget.charge_samples(  // `parts` counts the tiles of all planes, if each channel is a separate plane
+            nearest_double(parts) * nearest_double(tile_width) * nearest_double(tile_height) *
                 (layout == PLANARCONFIG_CONTIG ? nearest_double(channels) : 1.0),
-            where, std::to_string(tiles) + " tiles of " + std::to_string(tile_width) + " x " + std::to_string(tile_height));
+            where, std::to_string(parts) + " tiles of " + std::to_string(tile_width) + " x " + std::to_string(tile_height));
     }
 };
 

@@ -25,12 +25,4 @@ inline void check_disparities(array_view<const float> disparity, const char* whe
         if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
 }
 
-inline void check_boxes(const chart_set& charts, const char* where) {
-    for (const chart& c : charts.charts)
-        if (c.width > max_chart_box || c.height > max_chart_box)
-            raise(error_code::too_large, where,
-                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
-                  std::to_string(c.width) + " x " + std::to_string(c.height));
-}
-
 }}}  // namespace ldi::detail

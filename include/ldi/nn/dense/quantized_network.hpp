@@ -48,10 +48,10 @@ public:
         unfused_ = detail::layer_by_layer(layers_);
     }
 
-    quantization input_quantization() const { return values_.front(); }
-    quantization output_quantization() const { return values_[output_]; }
-    std::size_t input_channels() const { return channels_.front(); }
-    std::size_t output_channels() const { return channels_[output_]; }
+    quantization input_quantization() const { return loaded().values_.front(); }
+    quantization output_quantization() const { return loaded().values_[output_]; }
+    std::size_t input_channels() const { return loaded().channels_.front(); }
+    std::size_t output_channels() const { return loaded().channels_[output_]; }
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
@@ -129,6 +129,11 @@ public:
     }
 
 private:
+    const quantized_network& loaded() const {
+        if (channels_.empty()) raise(error_code::mismatch, "quantized_network", "a network", "one that was moved from");
+        return *this;
+    }
+
     void check_channels(const image<std::uint8_t>& input) const {
         if (input.channels() != input_channels())
             raise(error_code::mismatch, input_name_, std::to_string(input_channels()) + " channels",
@@ -148,6 +153,7 @@ private:
 
     /// Computes the size of every tensor before any allocation.
     buffer<tensor_size> sizes(tensor_size input) const {
+        loaded();
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
                   std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/pixel_region.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
@@ -10,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -112,13 +114,18 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
-/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which must be halved(region).
+/// Plans a convolution with stride 2. Outputs are the pixels of `half`.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
+/// half         halved(region)
 ///
-/// Raises invalid_option for any other kernel size.
+/// Raises invalid_option for any other kernel size, and mismatch for any other `half`.
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
     detail::check_kernel_size(kernel_size);
+    if (half != halved(region))
+        raise(error_code::mismatch, "plan_convolution",
+              "the halved region of a lattice of " + std::to_string(region.width()) + " x " + std::to_string(region.height()),
+              "another one, of " + std::to_string(half.width()) + " x " + std::to_string(half.height()));
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 

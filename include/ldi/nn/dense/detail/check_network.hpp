@@ -111,7 +111,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 inline void check_network(const network_description& network) {
     const std::string input = place_in(network.where, network.input_name);
     if (network.operators.size() > max_operators)  // packing a layer takes much longer than reading its 20 bytes from a file
-        raise(error_code::unsupported, network.where, "at most " + std::to_string(max_operators) + " operators",
+        raise(error_code::unsupported, input, "at most " + std::to_string(max_operators) + " operators",
               std::to_string(network.operators.size()));
     if (network.input_channels == 0 || network.input_channels > max_channels)
         raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
