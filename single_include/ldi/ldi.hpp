@@ -20232,17 +20232,10 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     return different == 0 && outside >= 0;
 }
 
-inline void check_boxes(const chart_set& charts, const char* where) {
-    for (const chart& c : charts.charts)
-        if (c.width > max_chart_box || c.height > max_chart_box)
-            raise(error_code::too_large, where,
-                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
-                  std::to_string(c.width) + " x " + std::to_string(c.height));
-}
-
 }  // namespace detail
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
+/// Raises too_large for a box with a side above max_chart_box.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     const auto refuse = [&](const std::string& found) {
         raise(error_code::mismatch, where, "a partition of " + std::to_string(g.size()) + " pixels into charts", found);
@@ -20251,6 +20244,10 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
     std::size_t count = 0;
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
         const chart& box = charts.charts[c];
+        if (box.width > max_chart_box || box.height > max_chart_box)
+            raise(error_code::too_large, where,
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(box.width) + " x " + std::to_string(box.height));
         count += box.pixels.size();
         if (!detail::fits_box(box, c, charts.chart_of, g))
             refuse("chart " + std::to_string(c) + ", whose pixels are not ascending, not in its box of " +
@@ -20871,21 +20868,21 @@ struct atlas_rectangle {
 
 inline constexpr std::int32_t max_filter_padding = 1024;
 
-/// Options of the padding: the texels around a chart that continue its colors.
+/// Options of chart_padder: the texels around a chart that continue its colors.
 struct padding_options {
     std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp), 0 or more
 };
 
-namespace detail {
-
-/// Draws and pads charts one by one, and reuses its memory. make_atlas() checks all arguments. One object serves one thread;
+/// Draws and pads charts one by one, and reuses its memory. One object serves one thread;
 /// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color    the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
+    ///
+    /// Raises mismatch if sizes do not fit together.
     chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
@@ -20893,10 +20890,14 @@ public:
           kind_of_(kind_of.data()),
           color_(color.data()),
           kind_(kind.data()),
-          stride_(static_cast<std::ptrdiff_t>(kind.width())) {
-        LDI_ASSERT(colors.size() == 3 * g.size() && kind_of.size() == g.size());
-        LDI_ASSERT(color.channels() == 3 && kind.channels() == 1);
-        LDI_ASSERT(color.height() == kind.height() && color.width() == kind.width());
+          stride_(static_cast<std::ptrdiff_t>(kind.width())),
+          height_(static_cast<std::ptrdiff_t>(kind.height())) {
+        if (colors.size() != 3 * g.size() || kind_of.size() != g.size() || color.channels() != 3 || kind.channels() != 1 ||
+            color.height() != kind.height() || color.width() != kind.width())
+            raise(error_code::mismatch, "chart_padder",
+                  "3 colors and a kind for each of " + std::to_string(g.size()) + " pixels, an atlas H x W x 3 and H x W x 1",
+                  std::to_string(colors.size()) + " and " + std::to_string(kind_of.size()) + ", " + detail::shape_text(color) +
+                      " and " + detail::shape_text(kind));
     }
 
     /// Draws and pads a chart.
@@ -20904,8 +20905,9 @@ public:
     /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
     ///       from every side. Colors of texels that remain empty do not change
     ///
-    /// Raises mismatch if two pixels of the chart have the same position.
+    /// Raises mismatch for any other room, or if two pixels of the chart have the same position, or a pixel is not in its box.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
+        check_room(c, placement, room, options.filter_padding);
         draw_own(c, placement);
         find_border(c, placement);
         for (std::int32_t i = 0; i < options.filter_padding; ++i) grow_border();
@@ -20918,6 +20920,20 @@ private:
         std::int32_t pixel;  // pixel that the texel shows; no_pixel beyond the surface's end
     };
 
+    void check_room(const chart& c, chart_placement placement, atlas_rectangle room, std::int32_t padding) const {
+        const auto holds = [&](std::int64_t first, std::int64_t length, std::int64_t at, std::int64_t size, std::int64_t all) {
+            return first >= 0 && length >= 0 && first + length <= all && first % macroblock_side == 0 &&
+                   length % macroblock_side == 0 && at - padding >= first && at + size + padding <= first + length;
+        };
+        if (padding < 1 || !holds(room.x, room.width, placement.x, c.width, stride_) ||
+            !holds(room.y, room.height, placement.y, c.height, height_))
+            raise(error_code::mismatch, "chart_padder",
+                  "blocks inside the atlas around a chart of " + std::to_string(c.width) + " x " + std::to_string(c.height) +
+                      " at (" + std::to_string(placement.x) + ", " + std::to_string(placement.y) + ")",
+                  std::to_string(room.width) + " x " + std::to_string(room.height) + " at (" + std::to_string(room.x) + ", " +
+                      std::to_string(room.y) + ")");
+    }
+
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
         return (graph_.y()[pixel] - c.y + placement.y) * stride_ + (graph_.x()[pixel] - c.x + placement.x);
     }
@@ -20928,12 +20944,19 @@ private:
     template <class Visit>
     void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
         for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
-            const std::int32_t pixel = c.pixels[first], x = graph_.x()[pixel], y = graph_.y()[pixel];
+            const std::int32_t pixel = c.pixels[first];
+            if (pixel < 0 || pixel >= graph_.count())
+                raise(error_code::mismatch, "chart_padder", "pixels below " + std::to_string(graph_.count()),
+                      std::to_string(pixel));
+            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
             std::int32_t count = 1;
             for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
                                    graph_.x()[pixel + count] == x + count && graph_.y()[pixel + count] == y;
                  ++last)
                 ++count;
+            if (x < c.x || y < c.y || std::int64_t{x} + count > std::int64_t{c.x} + c.width || y - c.y >= c.height)
+                raise(error_code::mismatch, "chart_padder", "pixels in the chart's box",
+                      "pixel " + std::to_string(pixel) + " outside");
             visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
         }
     }
@@ -21065,15 +21088,14 @@ private:
     const texel_kind* kind_of_;
     std::uint8_t* color_;
     texel_kind* kind_;
-    std::ptrdiff_t stride_;
+    std::ptrdiff_t stride_, height_;
     buffer<border_texel> border_, next_border_;
     diffusion<3> diffusion_;
     buffer<std::ptrdiff_t> unknown_;  // texel of each diffusion cell
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
-}
-}}  // namespace ldi::detail
+}}  // namespace ldi
 
 // ---- ldi/texture/atlas.hpp
 // Texture atlas of a layered image: its charts, padded and packed in one picture (paper, section "Texture Atlas Generation").
@@ -21140,7 +21162,6 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
               std::to_string(options.max_side));
     check_topology(layers.topology(), "make_atlas");
     check_charts(charts, layers.topology(), "make_atlas");
-    detail::check_boxes(charts, "make_atlas");
 
     const auto blocks = [&](std::int32_t length) {
         return static_cast<std::int32_t>((std::int64_t{length} + 2 * padding + macroblock_side - 1) / macroblock_side);
@@ -21173,7 +21194,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        detail::chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
+        chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};
@@ -21879,7 +21900,7 @@ struct chart_outlines {
 /// charts     a partition of the pixels; no two pixels of a chart share a position
 ///
 /// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order, or if the arguments don't fit
-/// together.
+/// together; and too_large for a chart larger than max_chart_box.
 chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
@@ -23829,7 +23850,6 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
-    detail::check_boxes(charts, "build_mesh");
     check_topology(layers.topology(), "build_mesh");
     const array_view<const float> disparity = layers.template column<disparity_column>();
     detail::check_range(range, "depth_range");
@@ -24870,7 +24890,6 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     const array_view<const float> disparity = layers.template column<disparity_column>();
     check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
-    detail::check_boxes(charts, "make_studs");
     detail::check_range(range, "make_studs");
     detail::check_disparities(disparity, "make_studs");
     if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||

@@ -5,12 +5,14 @@
 #include <ldi/texture/padding.hpp>
 
 #include <catch2/catch.hpp>
+#include <tests/support/errors.hpp>
 
 #include <algorithm>
 #include <array>
 #include <map>
 #include <set>
 #include <utility>
+#include <vector>
 
 namespace {
 
@@ -48,7 +50,7 @@ drawing draw(const photo_layers& layers, const chart& c, const padding_options& 
               image<texel_kind>(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), 1, texel_kind::empty),
               {options.filter_padding, options.filter_padding}};
     const std::vector<texel_kind> kinds(layers.size(), texel_kind::photo);
-    detail::chart_padder padder(layers.topology(), layers.column<color_column>(), kinds, d.color, d.kind);
+    chart_padder padder(layers.topology(), layers.column<color_column>(), kinds, d.color, d.kind);
     padder.draw(c, d.placement, {0, 0, columns, rows}, options);
     return d;
 }
@@ -206,4 +208,35 @@ TEST_CASE("padding of random charts copies linked pixels or stays within the ran
             CHECK(empty_untouched);
         }
     }
+}
+
+TEST_CASE("charts are drawn only inside the atlas, in blocks with room for the padding, and with pixels in their box") {
+    const auto [layers, set] = two_sheets(true);
+    const std::vector<texel_kind> kinds(layers.size(), texel_kind::photo);
+    image<std::uint8_t> color(64, 96, 3, std::uint8_t{77});
+    image<texel_kind> kind(64, 96, 1, texel_kind::empty);
+    const auto result_of = [&, &of = layers](const chart& c, chart_placement placement, atlas_rectangle room,
+                                             std::int32_t padding = 4) {
+        chart_padder padder(of.topology(), of.column<color_column>(), kinds, color, kind);
+        return testing::raised([&] { padder.draw(c, placement, room, {padding, 0}); });
+    };
+    const chart sound = set.charts[0];
+    CHECK_FALSE(result_of(sound, {52, 20}, {48, 16, 32, 32}));
+    for (const auto& [placement, room] : {std::pair<chart_placement, atlas_rectangle>{{51, 20}, {48, 16, 32, 32}},
+                                          {{52, 25}, {48, 16, 32, 32}},
+                                          {{4, 4}, {0, 0, 32, 31}},
+                                          {{4, 4}, {-16, 0, 48, 32}},
+                                          {{4, 4}, {1, 0, 32, 32}},
+                                          {{68, 4}, {64, 0, 48, 32}},
+                                          {{0, 0}, {0, 0, 16, 16}}})
+        CHECK(result_of(sound, placement, room) == error_code::mismatch);
+    CHECK(result_of(sound, {4, 4}, {0, 0, 32, 32}, 0) == error_code::mismatch);
+    for (const std::int32_t pixel : {-1, 20, 800}) {
+        chart wrong = sound;
+        wrong.pixels.back() = pixel;
+        CHECK(result_of(wrong, {4, 4}, {0, 0, 32, 32}) == error_code::mismatch);
+    }
+    const std::vector<texel_kind> few(layers.size() - 1, texel_kind::photo);
+    CHECK(testing::raised([&, &of = layers] { chart_padder(of.topology(), of.column<color_column>(), few, color, kind); }) ==
+          error_code::mismatch);
 }

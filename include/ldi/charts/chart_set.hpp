@@ -63,17 +63,10 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     return different == 0 && outside >= 0;
 }
 
-inline void check_boxes(const chart_set& charts, const char* where) {
-    for (const chart& c : charts.charts)
-        if (c.width > max_chart_box || c.height > max_chart_box)
-            raise(error_code::too_large, where,
-                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
-                  std::to_string(c.width) + " x " + std::to_string(c.height));
-}
-
 }  // namespace detail
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
+/// Raises too_large for a box with a side above max_chart_box.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     const auto refuse = [&](const std::string& found) {
         raise(error_code::mismatch, where, "a partition of " + std::to_string(g.size()) + " pixels into charts", found);
@@ -82,6 +75,10 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
     std::size_t count = 0;
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
         const chart& box = charts.charts[c];
+        if (box.width > max_chart_box || box.height > max_chart_box)
+            raise(error_code::too_large, where,
+                  "charts of at most " + std::to_string(max_chart_box) + " x " + std::to_string(max_chart_box) + " pixels",
+                  std::to_string(box.width) + " x " + std::to_string(box.height));
         count += box.pixels.size();
         if (!detail::fits_box(box, c, charts.chart_of, g))
             refuse("chart " + std::to_string(c) + ", whose pixels are not ascending, not in its box of " +

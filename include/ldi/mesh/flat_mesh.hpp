@@ -261,7 +261,6 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
-    detail::check_boxes(charts, "build_mesh");
     check_topology(layers.topology(), "build_mesh");
     const array_view<const float> disparity = layers.template column<disparity_column>();
     detail::check_range(range, "depth_range");

@@ -67,7 +67,7 @@ struct chart_outlines {
 /// charts     a partition of the pixels; no two pixels of a chart share a position
 ///
 /// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order, or if the arguments don't fit
-/// together.
+/// together; and too_large for a chart larger than max_chart_box.
 chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
 /// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);

@@ -40,7 +40,6 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     const array_view<const float> disparity = layers.template column<disparity_column>();
     check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
-    detail::check_boxes(charts, "make_studs");
     detail::check_range(range, "make_studs");
     detail::check_disparities(disparity, "make_studs");
     if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||

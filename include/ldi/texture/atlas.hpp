@@ -82,7 +82,6 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
               std::to_string(options.max_side));
     check_topology(layers.topology(), "make_atlas");
     check_charts(charts, layers.topology(), "make_atlas");
-    detail::check_boxes(charts, "make_atlas");
 
     const auto blocks = [&](std::int32_t length) {
         return static_cast<std::int32_t>((std::int64_t{length} + 2 * padding + macroblock_side - 1) / macroblock_side);
@@ -115,7 +114,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        detail::chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
+        chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};

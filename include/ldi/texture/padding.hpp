@@ -41,21 +41,21 @@ struct atlas_rectangle {
 
 inline constexpr std::int32_t max_filter_padding = 1024;
 
-/// Options of the padding: the texels around a chart that continue its colors.
+/// Options of chart_padder: the texels around a chart that continue its colors.
 struct padding_options {
     std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns; 1 to max_filter_padding
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp), 0 or more
 };
 
-namespace detail {
-
-/// Draws and pads charts one by one, and reuses its memory. make_atlas() checks all arguments. One object serves one thread;
+/// Draws and pads charts one by one, and reuses its memory. One object serves one thread;
 /// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color    the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
+    ///
+    /// Raises mismatch if sizes do not fit together.
     chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
@@ -63,10 +63,14 @@ public:
           kind_of_(kind_of.data()),
           color_(color.data()),
           kind_(kind.data()),
-          stride_(static_cast<std::ptrdiff_t>(kind.width())) {
-        LDI_ASSERT(colors.size() == 3 * g.size() && kind_of.size() == g.size());
-        LDI_ASSERT(color.channels() == 3 && kind.channels() == 1);
-        LDI_ASSERT(color.height() == kind.height() && color.width() == kind.width());
+          stride_(static_cast<std::ptrdiff_t>(kind.width())),
+          height_(static_cast<std::ptrdiff_t>(kind.height())) {
+        if (colors.size() != 3 * g.size() || kind_of.size() != g.size() || color.channels() != 3 || kind.channels() != 1 ||
+            color.height() != kind.height() || color.width() != kind.width())
+            raise(error_code::mismatch, "chart_padder",
+                  "3 colors and a kind for each of " + std::to_string(g.size()) + " pixels, an atlas H x W x 3 and H x W x 1",
+                  std::to_string(colors.size()) + " and " + std::to_string(kind_of.size()) + ", " + detail::shape_text(color) +
+                      " and " + detail::shape_text(kind));
     }
 
     /// Draws and pads a chart.
@@ -74,8 +78,9 @@ public:
     /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
     ///       from every side. Colors of texels that remain empty do not change
     ///
-    /// Raises mismatch if two pixels of the chart have the same position.
+    /// Raises mismatch for any other room, or if two pixels of the chart have the same position, or a pixel is not in its box.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
+        check_room(c, placement, room, options.filter_padding);
         draw_own(c, placement);
         find_border(c, placement);
         for (std::int32_t i = 0; i < options.filter_padding; ++i) grow_border();
@@ -88,6 +93,20 @@ private:
         std::int32_t pixel;  // pixel that the texel shows; no_pixel beyond the surface's end
     };
 
+    void check_room(const chart& c, chart_placement placement, atlas_rectangle room, std::int32_t padding) const {
+        const auto holds = [&](std::int64_t first, std::int64_t length, std::int64_t at, std::int64_t size, std::int64_t all) {
+            return first >= 0 && length >= 0 && first + length <= all && first % macroblock_side == 0 &&
+                   length % macroblock_side == 0 && at - padding >= first && at + size + padding <= first + length;
+        };
+        if (padding < 1 || !holds(room.x, room.width, placement.x, c.width, stride_) ||
+            !holds(room.y, room.height, placement.y, c.height, height_))
+            raise(error_code::mismatch, "chart_padder",
+                  "blocks inside the atlas around a chart of " + std::to_string(c.width) + " x " + std::to_string(c.height) +
+                      " at (" + std::to_string(placement.x) + ", " + std::to_string(placement.y) + ")",
+                  std::to_string(room.width) + " x " + std::to_string(room.height) + " at (" + std::to_string(room.x) + ", " +
+                      std::to_string(room.y) + ")");
+    }
+
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
         return (graph_.y()[pixel] - c.y + placement.y) * stride_ + (graph_.x()[pixel] - c.x + placement.x);
     }
@@ -98,12 +117,19 @@ private:
     template <class Visit>
     void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
         for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
-            const std::int32_t pixel = c.pixels[first], x = graph_.x()[pixel], y = graph_.y()[pixel];
+            const std::int32_t pixel = c.pixels[first];
+            if (pixel < 0 || pixel >= graph_.count())
+                raise(error_code::mismatch, "chart_padder", "pixels below " + std::to_string(graph_.count()),
+                      std::to_string(pixel));
+            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
             std::int32_t count = 1;
             for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
                                    graph_.x()[pixel + count] == x + count && graph_.y()[pixel + count] == y;
                  ++last)
                 ++count;
+            if (x < c.x || y < c.y || std::int64_t{x} + count > std::int64_t{c.x} + c.width || y - c.y >= c.height)
+                raise(error_code::mismatch, "chart_padder", "pixels in the chart's box",
+                      "pixel " + std::to_string(pixel) + " outside");
             visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
         }
     }
@@ -235,12 +261,11 @@ private:
     const texel_kind* kind_of_;
     std::uint8_t* color_;
     texel_kind* kind_;
-    std::ptrdiff_t stride_;
+    std::ptrdiff_t stride_, height_;
     buffer<border_texel> border_, next_border_;
     diffusion<3> diffusion_;
     buffer<std::ptrdiff_t> unknown_;  // texel of each diffusion cell
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
-}
-}}  // namespace ldi::detail
+}}  // namespace ldi
