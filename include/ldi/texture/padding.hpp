@@ -67,10 +67,7 @@ public:
           height_(static_cast<std::ptrdiff_t>(kind.height())) {
         if (colors.size() != 3 * g.size() || kind_of.size() != g.size() || color.channels() != 3 || kind.channels() != 1 ||
             color.height() != kind.height() || color.width() != kind.width())
-            raise(error_code::mismatch, "chart_padder",
-                  "3 colors and a kind for each of " + std::to_string(g.size()) + " pixels, an atlas H x W x 3 and H x W x 1",
-                  std::to_string(colors.size()) + " and " + std::to_string(kind_of.size()) + ", " + detail::shape_text(color) +
-                      " and " + detail::shape_text(kind));
+            raise(error_code::mismatch, "chart_padder", "a color and a kind for each pixel, and an atlas of both", "other sizes");
     }
 
     /// Draws and pads a chart.
@@ -100,11 +97,9 @@ private:
         };
         if (padding < 1 || !holds(room.x, room.width, placement.x, c.width, stride_) ||
             !holds(room.y, room.height, placement.y, c.height, height_))
-            raise(error_code::mismatch, "chart_padder",
-                  "blocks inside the atlas around a chart of " + std::to_string(c.width) + " x " + std::to_string(c.height) +
-                      " at (" + std::to_string(placement.x) + ", " + std::to_string(placement.y) + ")",
-                  std::to_string(room.width) + " x " + std::to_string(room.height) + " at (" + std::to_string(room.x) + ", " +
-                      std::to_string(room.y) + ")");
+            raise(error_code::mismatch, "chart_padder", "blocks in the atlas with room for a chart and its padding",
+                  std::to_string(room.width) + " x " + std::to_string(room.height) + " for a chart of " +
+                      std::to_string(c.width) + " x " + std::to_string(c.height));
     }
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
@@ -118,9 +113,7 @@ private:
     void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
         for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
             const std::int32_t pixel = c.pixels[first];
-            if (pixel < 0 || pixel >= graph_.count())
-                raise(error_code::mismatch, "chart_padder", "pixels below " + std::to_string(graph_.count()),
-                      std::to_string(pixel));
+            if (pixel < 0 || pixel >= graph_.count()) refuse_outside(pixel);
             const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
             std::int32_t count = 1;
             for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
@@ -128,10 +121,13 @@ private:
                  ++last)
                 ++count;
             if (x < c.x || y < c.y || std::int64_t{x} + count > std::int64_t{c.x} + c.width || y - c.y >= c.height)
-                raise(error_code::mismatch, "chart_padder", "pixels in the chart's box",
-                      "pixel " + std::to_string(pixel) + " outside");
+                refuse_outside(pixel);
             visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
         }
+    }
+
+    [[noreturn]] static void refuse_outside(std::int32_t pixel) {
+        raise(error_code::mismatch, "chart_padder", "pixels in the chart's box", "pixel " + std::to_string(pixel) + " outside");
     }
 
     void draw_own(const chart& c, chart_placement placement) {
