@@ -105,6 +105,8 @@ function hostileFiles() {
         cut: glb.subarray(0, 4000),
         noJson: Buffer.concat([glb.subarray(0, 20), Buffer.from("{{{{"), glb.subarray(24)]),
         elsewhere: plain((json) => (json.buffers[0].uri = "/secret.bin")),
+        asText: plain((json) => (json.buffers[0].uri = "data:application/octet-stream;base64,AAAA")),
+        pictureAsText: plain((json) => (json.images = [{ uri: "data:image/png;base64,iVBORw0KGgo=" }])),
         elsewherePicture: plain((json) => (json.images = [{ uri: "/secret.png" }])),
         cyclic: plain((json) => Object.assign(json.nodes[0], { children: [0] })),
         deep: plain((json) => (json.nodes = Array.from({ length: 5000 }, (_, i) => (i < 4999 ? { children: [i + 1] } : { mesh: 0 })))),
