@@ -14,8 +14,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <initializer_list>
 #include <new>
+#include <random>
 #include <span>
 #include <utility>
 #include <vector>
@@ -235,12 +237,12 @@ TEST_CASE("a moved-from layer refuses to run, and runs again after it was assign
 }
 
 TEST_CASE("a layer sets the outputs that a restricted plan omits to zero") {
+    static constexpr std::align_val_t alignment{buffer_alignment};  // Windows has no std::aligned_alloc
     struct dirty {
-        static void* allocate(void*, std::size_t size, std::size_t alignment) {
-            const std::size_t whole = (size + alignment - 1) / alignment * alignment;
-            return std::memset(std::aligned_alloc(alignment, whole), 0x41, whole);
+        static void* allocate(void*, std::size_t size, std::size_t) {
+            return std::memset(::operator new(size, alignment), 0x41, size);
         }
-        static void release(void*, void* block, std::size_t) { std::free(block); }
+        static void release(void*, void* block, std::size_t) { ::operator delete(block, alignment); }
     };
     const memory filled{nullptr, dirty::allocate, dirty::release};
     const memory_scope scope(filled);
