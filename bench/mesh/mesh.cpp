@@ -84,8 +84,7 @@ void add_texture() {
         const ldi::buffer<ldi::texel_kind> kinds(s.layers.size(), ldi::texel_kind::photo);
         measure_change(state, chart_text(), layer_pixels(), s.atlas, [&](ldi::texture_atlas& atlas) {
             std::fill(atlas.kind.begin(), atlas.kind.end(), ldi::texel_kind::empty);
-            ldi::chart_padder padder(s.layers.topology(), s.layers.column<ldi::color_column>(), kinds, atlas.color,
-                                             atlas.kind);
+            ldi::chart_padder padder(s.layers.topology(), s.layers.column<ldi::color_column>(), kinds, atlas.color, atlas.kind);
             for (std::size_t i = 0; i < s.charts.charts.size(); ++i) {
                 const ldi::chart& c = s.charts.charts[i];
                 const ldi::chart_placement at = s.atlas.placements[i];
