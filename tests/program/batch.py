@@ -19,6 +19,7 @@ import sys
 import tempfile
 import time
 
+from checks import check, finish
 from files import is_whole_glb, png
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
@@ -26,16 +27,6 @@ KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 6
 DONE, NEVER, USAGE, TRY_AGAIN = 0, 1, 2, 75
 VIEWER = b"1<title>3D photo</title>2<!-- the photo goes here -->3"
 NETWORK = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
-passed = failed = 0
-
-
-def check(name, is_good, said=""):
-    global passed, failed
-    if is_good:
-        passed += 1
-    else:
-        failed += 1
-        print(f"FAILED {name} {said}")
 
 
 def photo(seed, width=60, height=80):
@@ -436,5 +427,4 @@ for part in (the_same_bytes, lists, galleries, bad_photos, links, formats, reade
     begin = time.monotonic()
     part()
     print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")
-print(f"{passed} passed, {failed} failed")
-sys.exit(1 if failed else 0)
+finish()

@@ -18,22 +18,13 @@ import sys
 import tempfile
 import time
 
+from checks import check, finish
 from files import is_whole_glb, png
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 24
 DONE, NEVER, USAGE, TRY_AGAIN = 0, 1, 2, 75
 VIEWER = b"1<title>3D photo</title>2<!-- the photo goes here -->3"
-passed = failed = 0
-
-
-def check(name, is_good, said=""):
-    global passed, failed
-    if is_good:
-        passed += 1
-    else:
-        failed += 1
-        print(f"FAILED {name} {said}")
 
 
 PHOTO = png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3)))
@@ -483,5 +474,4 @@ for part in (first_words, names, start_script, key_frames, outputs_that_are_inpu
     begin = time.monotonic()
     part()
     print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")
-print(f"{passed} passed, {failed} failed")
-sys.exit(1 if failed else 0)
+finish()

@@ -17,6 +17,7 @@ import tempfile
 import zipfile
 from random import Random
 
+from checks import check, finish
 from files import is_whole_glb, pixels, png
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
@@ -24,7 +25,6 @@ SAMPLE, SAMPLE_DEPTH = (os.path.join(SOURCE, "examples/photo3d", name) for name 
 SHARED = os.path.join(SOURCE, "..", "shared")
 MODELS = {"depth": "tiefenrausch_small.safetensors", "inpainting": "farbrausch.safetensors"}
 WITHOUT_MODELS = {name: value for name, value in os.environ.items() if name != "LDI_MODELS"}
-passed = failed = 0
 
 
 def check_written_files(folder):
@@ -175,7 +175,6 @@ def npy(width, height, value):
 
 def run(name, arguments, expect=None, environment=None, program=PROGRAM):
     """Runs the program, and checks that it refuses its input with a message that contains the words of `expect`; None: that it succeeds."""
-    global passed, failed
     with tempfile.TemporaryDirectory() as folder:
         output = os.path.join(folder, "out.glb")
         result = subprocess.run([program, *arguments, "-o", output, "--quiet"], capture_output=True, text=True, errors="replace", timeout=600, env=environment or WITHOUT_MODELS)
@@ -185,20 +184,7 @@ def run(name, arguments, expect=None, environment=None, program=PROGRAM):
         else:
             # CLI11's own exit codes are above 100; a crash is negative.
             good = result.returncode >= 1 and not written and all(word in result.stderr for word in expect)
-        if good:
-            passed += 1
-        else:
-            failed += 1
-            print(f"FAILED {name}: exit code {result.returncode}, wrote {written}, said: {result.stderr.strip()[:600]}")
-
-
-def check(name, is_good):
-    global passed, failed
-    if is_good:
-        passed += 1
-    else:
-        failed += 1
-        print(f"FAILED {name}")
+        check(name, good, f"exit code {result.returncode}, wrote {written}, said: {result.stderr.strip()[:600]}")
 
 
 def check_report(name, arguments, expect, environment=None, program=PROGRAM):
@@ -397,8 +383,7 @@ def main():
             figures["milliseconds"]) | {"pixels", "layers", "charts", "triangles", "glb_bytes", "peak_memory_bytes"} - set(figures)
         pictures = sorted(os.listdir(os.path.join(folder, "stages")))
         check(f"report and pictures: missing {missing}, pictures {pictures}", not missing and len(pictures) >= 12)
-    print(f"{passed} passed, {failed} failed")
-    return 1 if failed else 0
+    finish()
 
 
-sys.exit(main())
+main()

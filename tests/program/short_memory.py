@@ -10,21 +10,12 @@ import subprocess
 import sys
 import tempfile
 
+from checks import check, finish
 from files import is_whole_glb, png
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 DONE, TRY_AGAIN = 0, 75
 SAMPLE, MODELS = os.path.join(SOURCE, "examples/photo3d/sample.jpg"), os.path.join(SOURCE, "examples/models")
-passed = failed = 0
-
-
-def check(name, is_good, said=""):
-    global passed, failed
-    if is_good:
-        passed += 1
-    else:
-        failed += 1
-        print(f"FAILED {name} {said}")
 
 
 def run(folder, megabytes, *arguments):
@@ -117,8 +108,7 @@ def main():
             out.write(b"1<title>3D photo</title>2<!-- the photo goes here -->3")
         one_by_one(folder, least)
         a_batch(folder, least)
-    print(f"{passed} passed, {failed} failed")
-    return 1 if failed else 0
+    finish()
 
 
-sys.exit(main())
+main()

@@ -7,18 +7,10 @@ import subprocess
 import sys
 import tempfile
 
+from checks import check, finish
+
 WORKER, QUEUE = (os.path.abspath(name) for name in sys.argv[1:3])
 DONE, USAGE = 0, 2
-passed = failed = 0
-
-
-def check(name, is_good, said=""):
-    global passed, failed
-    if is_good:
-        passed += 1
-    else:
-        failed += 1
-        print(f"FAILED {name} {said}")
 
 
 def refused(command, words, folder):
@@ -71,5 +63,4 @@ with tempfile.TemporaryDirectory() as top:
     ):
         refused([QUEUE, *options], words, top)
     check("nothing is written", os.listdir(top) == [])
-print(f"{passed} passed, {failed} failed")
-sys.exit(1 if failed else 0)
+finish()

@@ -81,7 +81,7 @@ queue() { "$PROGRAMS/photo3d_queue" --broker "$broker_url" --queue "$1" "${@:2}"
 health() { curl -s -o /dev/null -w '%{http_code}' "$1/health" || true; }
 health_is() { [ "$(health "$1")" = "$2" ]; }
 
-count_script /usr/bin/python3 tests/service/options.py "$PROGRAMS/photo3d_worker" "$PROGRAMS/photo3d_queue"
+PYTHONPATH=tests/program count_script /usr/bin/python3 tests/service/options.py "$PROGRAMS/photo3d_worker" "$PROGRAMS/photo3d_queue"
 source tests/service/failures.sh
 source tests/service/folder.sh
 count_step "examples/service/run.sh converts the sample" examples/service/run.sh
