@@ -88,7 +88,8 @@ missing_needs() {
         esac
     done
     if [ -n "$headers" ]; then
-        printf '%s' "$headers" | "${CXX:-g++}" -E -P -x c++ - | sed '/^ *$/d'
+        # shellcheck disable=SC2086  # CXX may have arguments, such as in "ccache g++"
+        printf '%s' "$headers" | ${CXX:-g++} -E -P -x c++ - | sed '/^ *$/d'
     fi
 }
 

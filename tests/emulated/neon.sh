@@ -40,7 +40,8 @@ run_file() {
     qemu-aarch64 -cpu "$1" "$build/tests" --filenames-as-tags --warn NoTests "[#$2]~the published output is the same on every*"
 }
 with_dot_product() { LDI_ISA=neon run_file max "$1"; }
-without_dot_product() { run_file cortex-a53 "$1" && run_file cortex-a53 isa && ! LDI_ISA=neon run_file cortex-a53 isa >/dev/null; }
+without_dot_product() { run_file cortex-a53 "$1" && run_file cortex-a53 isa && neon_is_refused; }
+neon_is_refused() { { LDI_ISA=neon run_file cortex-a53 isa || true; } | grep -q 'LDI_ISA: expected one of scalar, found neon'; }
 
 count_step "the tests compile for 64-bit Arm" compile_tests
 names=("${tests[@]##*/}")

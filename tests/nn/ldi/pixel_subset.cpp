@@ -112,7 +112,7 @@ TEST_CASE("if memory runs out during an assignment, the subset stays unchanged")
     pixel_subset assigned = pixel_subset::marked(marks(10, std::uint8_t{1}));
     const pixel_subset large = pixel_subset::marked(marks(1000, std::uint8_t{1}));
     const std::size_t before = memory.calls;
-    for (const std::size_t allowed : {0, 1}) {
+    for (const std::size_t allowed : {std::size_t{0}, std::size_t{1}}) {
         memory.calls = 0, memory.most = allowed;
         CHECK_THROWS_AS(assigned = large, std::bad_alloc);
         CHECK(assigned.size() == 10);
