@@ -119,14 +119,7 @@ public:
     /// sides.
     template <class Visitor>
     pixel_side next(pixel_side e, Visitor&& visit) const {
-        visit(e.pixel);
-        e.side = clockwise(e.side);
-        while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbor(e.pixel, e.side);
-            visit(e.pixel);
-            e.side = counter_clockwise(e.side);
-        }
-        return e;
+        return turn<clockwise, counter_clockwise>(e, visit);
     }
     pixel_side next(pixel_side e) const {
         return next(e, [](std::int32_t) {});
@@ -135,14 +128,7 @@ public:
     /// Returns the boundary side that precedes `e`.
     template <class Visitor>
     pixel_side previous(pixel_side e, Visitor&& visit) const {
-        visit(e.pixel);
-        e.side = counter_clockwise(e.side);
-        while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbor(e.pixel, e.side);
-            visit(e.pixel);
-            e.side = clockwise(e.side);
-        }
-        return e;
+        return turn<counter_clockwise, clockwise>(e, visit);
     }
 
     /// Visits all pixels that share the corner `c`: those that links connect around its lattice point, even across charts. The
@@ -172,6 +158,19 @@ public:
     }
 
 private:
+    /// Turns from side `e` around its pixel with `first`, and into each next pixel with `then`, up to the next boundary side.
+    template <int (*first)(int), int (*then)(int), class Visitor>
+    pixel_side turn(pixel_side e, Visitor&& visit) const {
+        visit(e.pixel);
+        e.side = first(e.side);
+        while (!is_boundary(e.pixel, e.side)) {
+            e.pixel = neighbor(e.pixel, e.side);
+            visit(e.pixel);
+            e.side = then(e.side);
+        }
+        return e;
+    }
+
     const std::uint8_t* sides_;
     const std::int32_t* links_[4];
 };
