@@ -52,7 +52,8 @@ struct batch_job {
     std::size_t index = 0;
     photo_files names;
     output_files files;
-    std::vector<std::byte> photo, depth;                                         ///< bytes of the files
+    std::vector<std::byte> photo;  ///< bytes of its file
+    map_content map;
     std::vector<std::pair<std::filesystem::path, std::vector<std::byte>>> made;  ///< files to write
     memory_share memory;                                                         ///< its share of the budget
     std::size_t held = 0;   ///< bytes of the share that are in use outside the stages
@@ -60,7 +61,7 @@ struct batch_job {
     nlohmann::ordered_json facts = nlohmann::ordered_json::object();
     std::optional<failure> failed;
 
-    void forget_input() { photo = std::vector<std::byte>(), depth = std::vector<std::byte>(); }
+    void forget_input() { photo = std::vector<std::byte>(), map = {}; }
     void make(const std::filesystem::path& name, std::span<const std::byte> bytes) {
         if (!name.empty()) made.emplace_back(name, std::vector<std::byte>(bytes.begin(), bytes.end()));
     }
@@ -200,30 +201,33 @@ inline bool batch::claim_outputs(const photo_files& names) {
 
 /// Reads a photo's files and waits for memory for the photo.
 inline void batch::load(batch_job& job) {
-    const auto take = [&](const std::filesystem::path& file) {
+    const auto reserve = [&](const std::filesystem::path& file) {
         std::error_code unknown;
         const std::filesystem::file_status status = std::filesystem::status(file, unknown);
         if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
             raise(error_code::file_access, file.string(), "a file", "a folder, a pipe or a device");
         const std::uintmax_t size = std::filesystem::file_size(file, unknown);
-        if (!unknown) job.memory.grow(*budget_, job.memory.bytes() + static_cast<std::size_t>(size), file.string());
-        return read_file(file);
+        // read_file() refuses larger files.
+        if (!unknown && size <= max_file_bytes)
+            job.memory.grow(*budget_, job.memory.bytes() + static_cast<std::size_t>(size), file.string());
     };
     const std::string name = job.names.photo.string();
-    job.photo = take(job.names.photo);
-    if (!map_file(job.names).empty()) job.depth = take(map_file(job.names));
+    reserve(job.names.photo);
+    job.photo = read_file(job.names.photo);
+    if (!map_file(job.names).empty()) reserve(map_file(job.names));
+    job.map = read_map(job.names, [](const std::filesystem::path& file) { return read_file(file); });
     const auto cost_with = [&](std::span<const std::byte> map) {
         return decoding_cost(job.photo, map, arguments_, name, map_file(job.names).string());
     };
     const decoding_cost cost = [&] {
         try {
-            return cost_with(job.depth);
+            return cost_with(job.map.bytes);
         } catch (const error&) {
             if (!job.names.depth.empty()) throw;
             return cost_with({});  // the photo is converted without an invalid map beside it
         }
     }();
-    const std::size_t files = job.photo.size() + job.depth.size();
+    const std::size_t files = job.photo.size() + job.map.bytes.size();
     job.held = files + 3 * cost.width * cost.height + cost.held_by_maps;
     const std::size_t alone = memory_for(cost, files, arguments_), largest = budget_->for_one();
     // Photos converted at the same time leave gaps between each other's blocks (measured: up to 7 %).
@@ -284,7 +288,7 @@ inline void batch::convert(batch_job& job, const memory& memory) {
     thread_pool self(1);
     const photo_files& names = job.names;
     clock.begin("reading photo");
-    photo_with_depth input = decode_input(arguments_, names, job.photo, job.depth, networks_, self);
+    photo_with_depth input = decode_input(arguments_, names, job.photo, job.map, networks_, self);
     const memory_scope scope(memory);
     const photo3d made = examples::convert(arguments_, input, networks_, clock, self);
     const photo_texture texture = texture_of(made, input, arguments_, self);

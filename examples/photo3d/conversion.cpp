@@ -36,7 +36,7 @@ networks load_networks(const arguments& a, stage_clock& clock) {
 }
 
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
-                              std::span<const std::byte> depth, const networks& loaded, thread_pool& threads) {
+                              const map_content& map, const networks& loaded, thread_pool& threads) {
     const std::string name = name_of_input(names.photo), depth_name = name_of_input(map_file(names));
     photo_with_depth input;
     if (!names.depth.empty()) {
@@ -45,7 +45,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
         options.formats = a.reading().formats;
         const bool is_metric = options.kind == depth_map_kind::meters;
         input.photo = decode_photo(photo, a.reading(), name);
-        input.depth = photo_depth{fill_invalid(shrink_depth_map(decode_depth_map(depth, options, depth_name)), depth_name),
+        input.depth = photo_depth{fill_invalid(shrink_depth_map(decode_depth_map(map.bytes, options, depth_name)), depth_name),
                                   a.is_inverse || is_metric, is_metric, false, depth_name};
         check_fits(input.depth->disparity, input.photo.color, depth_name);
         return input;
@@ -54,8 +54,10 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
         input.photo = decode_photo(photo, a.reading(), name);
         return input;
     }
-    input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
-                                 : decode_photo_with_map(photo, depth, a.reading(), name, depth_name);
+    const bool has_map = !names.beside.empty() && map.unreadable.empty();
+    input = has_map ? decode_photo_with_map(photo, map.bytes, a.reading(), name, depth_name)
+                    : decode_photo_with_depth(photo, a.reading(), name);
+    if (input.refused.empty()) input.refused = map.unreadable;
     if (!input.depth && !loaded.depth)
         raise(error_code::invalid_option, name,
               std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +

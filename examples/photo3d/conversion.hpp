@@ -72,11 +72,28 @@ inline const std::filesystem::path& map_file(const photo_files& names) {
     return names.depth.empty() ? names.beside : names.depth;
 }
 
+/// Content of map_file(). Both members are empty if there is no map.
+struct map_content {
+    std::vector<std::byte> bytes;
+    std::string unreadable;  ///< why the map beside the photo can't be read; such a map does not stop its photo
+};
+
+/// Reads map_file(). If an option names the map, raises the errors of `read`; otherwise only out_of_memory and unavailable.
+template <class Read>
+map_content read_map(const photo_files& names, Read&& read) {
+    if (map_file(names).empty()) return {};
+    try {
+        return {read(map_file(names)), {}};
+    } catch (const error& e) {
+        const bool may_succeed_later = e.code() == error_code::unavailable || e.code() == error_code::out_of_memory;
+        if (!names.depth.empty() || may_succeed_later) throw;
+        return {{}, e.what()};
+    }
+}
+
 /// Decodes a photo with the named depth map, or with its own depth unless an option excludes it.
-///
-/// photo, depth  bytes of the photo's file and of map_file(names); depth is empty if there is no map
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
-                              std::span<const std::byte> depth, const networks& loaded, thread_pool& threads);
+                              const map_content& map, const networks& loaded, thread_pool& threads);
 
 /// Converts a photo.
 ///

@@ -99,6 +99,8 @@ inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
     if (!target.has_filename())
         raise(error_code::invalid_option, target.empty() ? "output" : target.string(), "the name of a file",
               target.empty() ? "an empty name" : "the name of a folder");
+    if (target.native().find('\0') != std::filesystem::path::string_type::npos)
+        raise(error_code::invalid_option, target.string(), "the name of a file", "a name with a null character");
     const auto refused = [&](const std::string& found) {
         raise(error_code::file_access, target.string(), "a writable place", found);
     };

@@ -100,6 +100,10 @@ private:
 /// the photo's viewpoint (within_motion). Raises file_access, invalid_data.
 inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file) {
     constexpr std::size_t max_bytes = std::size_t{1} << 24;
+    std::error_code ignored;
+    const std::filesystem::file_status status = std::filesystem::status(file, ignored);
+    if (std::filesystem::is_other(status))  // the program reads the file twice
+        raise(error_code::file_access, file.string(), "a file of key frames", "a pipe or a device");
     const std::vector<std::byte> bytes = read_file(file, max_bytes);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const nlohmann::json keys = parse_json(text, file.string());

@@ -4,7 +4,7 @@
 #include "file_set.hpp"
 #include "file_system.hpp"
 #include "outputs.hpp"
-#include "system.hpp"
+#include "staging_folder.hpp"
 
 #include <ldi/base/error.hpp>
 
@@ -46,14 +46,13 @@ private:
         return (place.parent_path() / name).string();
     }
 
-    /// Tests with a temporary file whether a folder ignores case in names.
+    /// Tests with a new temporary folder whether a folder ignores case in names.
     static bool ignores_case(const std::filesystem::path& folder) {
-        const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(process_number()) + ".tmp"),
-                                    capital = folder / (".ldi-CASE-" + std::to_string(process_number()) + ".tmp");
+        const std::string name = temporary_name();
         std::error_code failed;
-        if (ldi::write_bytes(small, {}) != 0) return false;
-        const bool result = std::filesystem::exists(capital, failed);
-        std::filesystem::remove(small, failed);
+        if (!std::filesystem::create_directory(folder / (name + "-case.tmp"), failed)) return false;
+        const bool result = std::filesystem::exists(folder / (name + "-CASE.tmp"), failed);
+        std::filesystem::remove(folder / (name + "-case.tmp"), failed);
         return result;
     }
 

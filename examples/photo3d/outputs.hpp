@@ -37,7 +37,7 @@ inline std::string extension_of(const std::filesystem::path& file) {
 }
 
 /// Reads a file or standard input. Raises the errors of read_file().
-inline std::vector<std::byte> read_input(const std::filesystem::path& name, std::size_t max_bytes = std::size_t{1} << 30) {
+inline std::vector<std::byte> read_input(const std::filesystem::path& name, std::size_t max_bytes = max_file_bytes) {
     if (!is_standard(name)) return read_file(name, max_bytes);
     constexpr std::size_t chunk = std::size_t{1} << 16;
     std::vector<std::byte> bytes;

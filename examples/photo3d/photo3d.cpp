@@ -143,14 +143,14 @@ void run(const arguments& a, output_files& files) {
     if (!names.html.empty()) viewer.emplace(a.viewer);
     const std::vector<std::byte> element = a.embed ? read_element(a.viewer) : std::vector<std::byte>();
     clock.begin("reading files");
-    const std::vector<std::byte> photo = read_input(names.photo),
-                                 depth = map_file(names).empty() ? std::vector<std::byte>() : read_input(map_file(names));
-    decoding_cost(photo, names.depth.empty() ? std::span<const std::byte>() : depth, a, name_of_input(names.photo),
+    const std::vector<std::byte> photo = read_input(names.photo);
+    const map_content map = read_map(names, [](const std::filesystem::path& file) { return read_input(file); });
+    decoding_cost(photo, names.depth.empty() ? std::span<const std::byte>() : map.bytes, a, name_of_input(names.photo),
                   name_of_input(names.depth));  // reports invalid headers before networks are loaded
     const networks loaded = load_networks(a, clock);
     clock.begin("reading photo");
     ldi::thread_pool threads(a.threads);
-    ldi::photo_with_depth input = decode_input(a, names, photo, depth, loaded, threads);
+    ldi::photo_with_depth input = decode_input(a, names, photo, map, loaded, threads);
     if (!input.depth) {
         clock.begin("reading depth network");
         loaded.depth.read();

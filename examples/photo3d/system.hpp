@@ -106,14 +106,6 @@ inline int write_standard_output(std::span<const std::byte> bytes) {
     return 0;
 }
 
-inline unsigned long process_number() {
-#if defined(_WIN32)
-    return GetCurrentProcessId();
-#else
-    return static_cast<unsigned long>(::getpid());
-#endif
-}
-
 /// Returns the path of the running program.
 ///
 /// command  the command that started the program, for systems that do not report the path. On these, the result is wrong if the

@@ -26,32 +26,41 @@
 
 namespace ldi::examples {
 
-/// A file to which documents are appended, one per line. Adds the identifiers of those that it already contains to `seen`.
+/// A file to which documents are appended, one per line. Knows the identifiers of all documents in it.
 class line_file {
 public:
-    /// Opens the file. Raises file_access, invalid_data, unavailable.
-    line_file(const std::filesystem::path& path, std::unordered_set<std::string>& seen)
+    /// Opens the file. Raises invalid_data, and leaves the file as it is, if another program wrote it. Raises file_access,
+    /// unavailable.
+    explicit line_file(const std::filesystem::path& path)
         : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
         if (file_ < 0) fail();
         std::ifstream written(path);
-        off_t whole = 0;
-        for (line_reader lines(written); lines.next() && lines.has_end(); ++count_) {
-            const std::optional<nlohmann::ordered_json> document = parse_document(lines.text());
-            if (!document)
+        bool has_end = true;
+        for (line_reader lines(written); has_end && lines.next();) {
+            has_end = lines.has_end();
+            if (const std::optional<nlohmann::ordered_json> document = parse_document(lines.text())) {
+                saved_ += static_cast<off_t>(lines.text().size()) + (has_end ? 1 : 0);
+                ids_.insert(id_of(*document));
+                if (!has_end) text_ = "\n";  // an editor removed it
+            } else if (has_end || lines.text().rfind('{', 0) != 0) {
                 raise(error_code::invalid_data, path.string() + ", line " + std::to_string(lines.number()),
                       "a document that this program has written",
                       "\"" + lines.text().substr(0, 200) + "\" (to start over, name another file)");
-            whole += static_cast<off_t>(lines.text().size()) + 1;
-            seen.insert(id_of(*document));
+            }
         }
-        saved_ = whole;
-        if (ftruncate(file_, saved_) != 0) fail();  // removes an incomplete last line: its message was not acknowledged
+        // Removes an incomplete last line, which a process was killed while writing: its message was not acknowledged.
+        if (ftruncate(file_, saved_) != 0) fail();
     }
     ~line_file() { ::close(file_); }
     line_file(const line_file&) = delete;
     line_file& operator=(const line_file&) = delete;
 
-    void add(const nlohmann::ordered_json& document) { text_ += to_line(document) + "\n", ++count_; }
+    /// Returns false, and does nothing, if the file has a document with the same identifier.
+    bool add(const nlohmann::ordered_json& document) {
+        if (!ids_.insert(id_of(document)).second) return false;
+        text_ += to_line(document) + "\n";
+        return true;
+    }
 
     /// Writes all added lines to disk. If that fails, none of them is in the file, and the next call tries again.
     void save() {
@@ -65,7 +74,7 @@ public:
         text_.clear();
     }
 
-    std::size_t count() const { return count_; }
+    const std::unordered_set<std::string>& ids() const { return ids_; }
 
 private:
     bool append(std::string_view rest) {
@@ -83,7 +92,7 @@ private:
     std::filesystem::path path_;
     int file_;
     off_t saved_ = 0;  ///< bytes of the lines that are on disk
-    std::size_t count_ = 0;
+    std::unordered_set<std::string> ids_;
     std::string text_;
 };
 

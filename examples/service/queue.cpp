@@ -1,7 +1,9 @@
 // Both ends of the queues: `submit` reads keys of photos, one per line, and sends them in messages; `collect` writes the
-// documents of photos to files, one line per photo, even if a document arrives several times.
+// documents of photos to files, one line per photo, even if a document arrives several times. A photo that fails, and succeeds
+// when its job is submitted again, has a line in both files.
 
 #include "../photo3d/batch_log.hpp"
+#include "../photo3d/file_system.hpp"
 #include "../photo3d/line_reader.hpp"
 #include "../photo3d/messages.hpp"
 #include "../photo3d/option_checks.hpp"
@@ -25,7 +27,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -134,8 +135,11 @@ void for_each_document(const delivery& message, Take take) {
 
 class collector {
 public:
-    explicit collector(const queue_options& options)
-        : options_(options), results_(options.results, seen_), dead_(options.dead, seen_) {}
+    explicit collector(const queue_options& options) : options_(options), results_(options.results), dead_(options.dead) {
+        if (file_identity(options.results) == file_identity(options.dead))
+            raise(error_code::invalid_option, "--dead", "another file than --results", options.dead.string());
+        for (const std::string& id : results_.ids()) recovered_ += dead_.ids().count(id);
+    }
 
     void run() {
         const auto begun = std::chrono::steady_clock::now();
@@ -149,12 +153,25 @@ public:
             }
         }
         results_.save(), dead_.save();
-        write_line(
-            {{"results", results_.count()}, {"dead", dead_.count()}, {"dropped", dropped_}, {"seconds", seconds_since(begun)}});
+        write_line({{"results", results_.ids().size()},
+                    {"dead", dead_.ids().size()},
+                    {"dropped", dropped_},
+                    {"seconds", seconds_since(begun)}});
     }
 
 private:
-    bool is_complete() const { return options_.expected > 0 && results_.count() + dead_.count() >= options_.expected; }
+    bool is_complete() const {
+        return options_.expected > 0 && results_.ids().size() + dead_.ids().size() - recovered_ >= options_.expected;
+    }
+
+    /// Adds a document to its file. Returns false if it is no news: a photo that has failed may still succeed when its job is
+    /// submitted again, but not the other way around.
+    bool add(const nlohmann::ordered_json& document, bool is_dead) {
+        if (is_dead) return results_.ids().count(id_of(document)) == 0 && dead_.add(document);
+        const bool is_new = results_.add(document);
+        if (is_new) recovered_ += dead_.ids().count(id_of(document));
+        return is_new;
+    }
 
     /// Uses one connection until it fails.
     void serve() {
@@ -169,9 +186,7 @@ private:
             const std::optional<delivery> message = connection.receive(std::chrono::milliseconds(50));
             if (message) {
                 for_each_document(*message, [&](const nlohmann::ordered_json& document) {
-                    const bool is_new = seen_.insert(id_of(document)).second;
-                    if (is_new) (message->queue == names.dead ? dead_ : results_).add(document);
-                    dropped_ += is_new ? 0U : 1U;
+                    dropped_ += add(document, message->queue == names.dead) ? 0U : 1U;
                 });
                 last = message->tag, ++waiting;
             }
@@ -183,8 +198,8 @@ private:
     }
 
     const queue_options& options_;
-    std::unordered_set<std::string> seen_;
     line_file results_, dead_;
+    std::size_t recovered_ = 0;  ///< photos in both files
     std::size_t dropped_ = 0;
 };
 

@@ -121,7 +121,7 @@ def lists():
         check("a depth map in a list", f.read("out/2.glb") == f.read("b.glb"))
         f.batch("-", "photos/d.png", "-o", "again", input=b'"photos/a.png"\n{"photo": "photos/b.png"}')
         check("photos from standard input and from arguments", f.list("again") == ["a.glb", "b.glb", "d.glb"])
-        bad = [b'"' + b"a" * 2_000_000 + b'"', b"{", b"3", b'{"output": "x.glb"}', b'{"photo": 3}', b'{"photo": ""}', b'{"photo": "-"}', b'{"photo": "photos/a.png", "outptu": "x.glb"}', b'{"photo": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", b"[" * 1_000_000]
+        bad = [b'"' + b"a" * 2_000_000 + b'"', b"{", b"3", b'{"output": "x.glb"}', b'{"photo": 3}', b'{"photo": ""}', b'{"photo": "-"}', b'{"photo": "photos/a.png", "outptu": "x.glb"}', b'{"photo": "photos/a.png", "output": "photos/b.png\\u0000.glb"}', b'{"photo": "photos/a.png\\u0000"}', b'{"photo": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", b"[" * 1_000_000]
         lines = subprocess.run([PROGRAM, "--batch", "-", "--depth", "depth", "-o", "bad"], cwd=f.path, input=b"\n".join([*bad, b'"photos/e.png"']), capture_output=True)
         lines = [json.loads(line) for line in lines.stdout.splitlines()]
         errors = [line["error"] for line in lines if "error" in line]
@@ -130,6 +130,7 @@ def lists():
         check("messages are short", all(len(e["message"]) < 1000 for e in errors), errors)
         check("deeply nested JSON is refused as nested", all("nested" in e["message"] and len(e["message"]) < 1000 for e in errors[-2:]), str(errors)[:2000])
         check("a photo after invalid lines is converted", f.list("bad") == ["e.glb"])
+        check("a null character in a name does not end the name", f.read("photos/b.png") == photo(1))
 
 
 def bad_photos():
@@ -150,6 +151,13 @@ def bad_photos():
         f.write("listed.jsonl", b'"pipe.png"\n"/dev/zero"\n"photos/a.png"\n')
         lines = f.batch("listed.jsonl", "-o", "listed", given_depth=False, code=NEVER)
         check("pipes and devices are refused, and the batch continues", [lines[name].get("error", {}).get("code") for name in ("pipe.png", "/dev/zero", "photos/a.png")] == ["file access", "file access", None], lines)
+        f.write("huge/a.png", photo(0))
+        f.write("huge/a_depth.png", b"")
+        os.truncate(f / "huge/a_depth.png", (1 << 30) + 1)
+        models = {**os.environ, "LDI_MODELS": os.path.join(SOURCE, "examples/models")}
+        said = f.run("huge/a.png", "-o", "huge.glb", env=models).stderr.decode()
+        lines = f.batch("huge", "-o", "with_huge", given_depth=False, env=models)
+        check("a file beside a photo that is too large for a depth map does not stop the photo", f.read("huge.glb") == f.read("with_huge/a.glb") and all("a_depth.png: expected at most" in text for text in (said, str(lines))), (said, lines))
         lines = f.batch("photos/a.png", "photos/b.png", "photos/../photos/a.png", "-o", "out", code=NEVER)
         check("a photo that is named twice is refused the second time", [line.get("error", {}).get("code") for line in sorted(lines.values(), key=lambda line: line["index"])] == [None, None, "invalid option"], lines)
         os.mkdir(f / "full")

@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <unordered_set>
 
 using namespace ldi;
 using namespace ldi::examples;
@@ -50,8 +49,7 @@ std::string line(int i) { return document_of("job", "photo" + std::to_string(i))
 TEST_CASE("when a disk is full, a file of documents keeps its whole lines, and later gets each of the others once") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "results";
-    std::unordered_set<std::string> seen;
-    line_file file(path, seen);
+    line_file file(path);
     file.add(document_of("job", "photo0")), file.save();
     std::string expected = line(0);
     for (int i = 1; i <= 9; ++i) {
@@ -69,14 +67,28 @@ TEST_CASE("when a disk is full, a file of documents keeps its whole lines, and l
     }
 }
 
-TEST_CASE("a file of documents that ends with an incomplete line is continued after its last whole line") {
+TEST_CASE("a file of documents that ends anywhere in its last line is continued after its last whole document") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "results";
-    std::ofstream(path) << line(1) << line(2).substr(0, 9);
-    std::unordered_set<std::string> seen;
-    line_file file(path, seen);
-    CHECK(file.count() == 1);
-    CHECK(seen.size() == 1);
-    file.add(document_of("job", "photo2")), file.save();
-    CHECK(text_of(path) == line(1) + line(2));
+    for (std::size_t left = 0; left <= line(2).size(); ++left) {
+        std::ofstream(path) << line(1) << line(2).substr(0, left);
+        line_file file(path);
+        REQUIRE(file.ids().size() == (left + 1 < line(2).size() ? 1 : 2));
+        REQUIRE(file.add(document_of("job", "photo2")) == (file.ids().size() == 1 || left + 1 < line(2).size()));
+        REQUIRE(file.add(document_of("job", "photo3")));
+        REQUIRE_FALSE(file.add(document_of("job", "photo1")));
+        file.save();
+        REQUIRE(text_of(path) == line(1) + line(2) + line(3));
+    }
+}
+
+TEST_CASE("a file of another program is refused and stays as it is") {
+    const scratch_folder folder;
+    const std::filesystem::path path = folder / "notes";
+    for (const std::string& text : {std::string("my only notes, one line"), line(1) + "notes", std::string("notes\n"),
+                                    line(1) + "{\n", std::string("\n")}) {
+        std::ofstream(path) << text;
+        CHECK(raised([&] { line_file file(path); }) == error_code::invalid_data);
+        CHECK(text_of(path) == text);
+    }
 }

@@ -22,13 +22,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Maximum size of a file that read_file() reads by default.
+inline constexpr std::size_t max_file_bytes = std::size_t{1} << 30;
+
 /// Reads all bytes of a file.
 ///
 /// max_bytes  maximum size of the file; a larger file raises too_large
 ///
 /// Raises file_access if the file cannot be opened or read, or is a folder; unavailable if the same call may succeed later;
 /// too_large.
-std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 30);
+std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes = max_file_bytes);
 
 /// Writes or replaces a file. Writes a temporary file `.ldi-NUMBER.tmp` in the same folder first, and renames it when its
 /// content is on the disk. Follows symbolic links and keeps permissions. Other hard links to a replaced file keep the old

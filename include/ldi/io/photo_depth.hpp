@@ -125,8 +125,8 @@ inline double correlation_of(const image<float>& a, const image<float>& b) {
     return result.value();
 }
 
-/// Calls `read` for the depth of a photo, and checks that the depth fits the photo and has a valid pixel. After an error other
-/// than out_of_memory, stores the error's text in result.refused and leaves result.depth empty.
+/// Calls `read` for the depth of a photo, and checks that the depth fits the photo and has a valid pixel. After an error
+/// other than out_of_memory and unavailable, stores the error's text in result.refused and leaves result.depth empty.
 template <class Read>
 void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
     try {
@@ -138,7 +138,7 @@ void try_depth(photo_with_depth& result, const std::string& where, Read&& read) 
         if (std::none_of(map.begin(), map.end(), is_valid))
             raise(error_code::invalid_data, where, "at least one valid depth", "none");
     } catch (const error& e) {
-        if (e.code() == error_code::out_of_memory) throw;  // the same call may succeed later
+        if (e.code() == error_code::out_of_memory || e.code() == error_code::unavailable) throw;  // the same call may succeed later
         result.depth.reset();
         result.refused = e.what();
     }
