@@ -150,14 +150,17 @@ EOF
 }
 
 make_python() {
-    local libraries
+    local libraries licenses=$staging/python_licenses
     require "${needs_compiler[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_python[@]}" "${needs_release[@]}" >&2
-    libraries=$(packaging/libraries.sh python zlib libpng lcms2 pugixml meshoptimizer libjpeg libwebp)
+    libraries=$(packaging/libraries.sh python zlib libpng lcms2 meshoptimizer libjpeg libwebp)
     viewer
-    rm -f "$out"/ldi-*.whl
+    rm -rf "$out"/ldi-*.whl "$licenses"
+    copy_licenses "$licenses" $(installed stb libstb-dev) $(installed nlohmann-json nlohmann-json3-dev) $(installed pybind11 pybind11-dev) \
+        $(installed gcc gcc-12-base) $(from_source zlib zlib) $(from_source libpng libpng1.6) $(from_source lcms2 lcms2) \
+        $(from_source meshoptimizer meshoptimizer) $(from_source libjpeg-turbo libjpeg-turbo) $(from_source libwebp libwebp)
     # The wheel needs symbols of glibc up to version 2.36; tests/release/run.sh checks this.
     (cd examples/python && rm -rf build && CPATH="$libraries/include" LIBRARY_PATH="$libraries/lib" \
-        LDFLAGS="-L$libraries/lib -static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s" LDI_READERS="libwebp;lcms2;pugixml;libjpeg" \
+        LDFLAGS="-L$libraries/lib -static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s" LDI_READERS="libwebp;lcms2;libjpeg" LDI_LICENSES="$licenses" \
         _PYTHON_HOST_PLATFORM=manylinux_2_36_x86_64 /usr/bin/python3 -m pip wheel -q --no-build-isolation --no-deps --no-index --wheel-dir "$out" .) >&2
     printf '%s\n' "$out"/ldi-*.whl
 }

@@ -96,6 +96,10 @@ missing_needs() {
 require() {
     local missing
     # The compiler comes first, because the search for headers uses it.
+    if [ -n "${CXX:-}" ] && ! command -v "${CXX%% *}" >/dev/null; then
+        printf 'CXX names the compiler %s, which is not in PATH\n' "$CXX" >&2
+        exit 1
+    fi
     if [ -z "${CXX:-}" ] && ! command -v g++ >/dev/null; then
         install_or_end "${needs_compiler[@]}"
     fi

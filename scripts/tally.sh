@@ -5,7 +5,8 @@
 #                                             only_labels and exclude_labels, regular expressions that select tests by label
 #   count_step NAME COMMAND...                runs a command, which counts as one test
 #   count_together WHERE COMMAND ARGUMENT...  runs COMMAND with each argument, as many at a time as there are cores. Each run counts as one
-#                                             test, named "ARGUMENT WHERE"; its output is printed after it has ended
+#                                             test, named "ARGUMENT WHERE"; its output is printed after it has ended, and each line with
+#                                             "skipped: " in it counts as a skipped test
 #   add_tally "N passed, N failed"            adds these counts. "0 passed, 0 failed" counts as one skipped test, any other text as one
 #                                             failure
 #   add_tally_of LOG                          adds the tally in a log's last line, and the number of skipped tests that print_tally
@@ -47,6 +48,7 @@ count_together() {
     for argument; do
         printf '\n== %s %s\n' "$argument" "$where"
         cat "$logs/$argument"
+        skipped=$((skipped + $(grep -c 'skipped: ' "$logs/$argument" || true)))
         if [ -e "$logs/$argument.passed" ]; then
             passed=$((passed + 1))
         else

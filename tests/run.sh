@@ -21,6 +21,7 @@ if [ "${1:-}" = --all ]; then
     require "${needs_clang[@]}"
 fi
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_lessons[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
+install_npm_packages tests/gltf_validator  # tests of GLB files use the validator only if it is installed
 
 # Requires every tested part.
 common=(-DLDI_BUILD_BENCH=OFF "-DLDI_REQUIRED=^(ldi::io|examples, tests|examples/(learn|photo3d)|photo3d|tests)" "$@")

@@ -30,7 +30,7 @@ void add_stage(const std::string& name, const ldi::image<float> sample_stages::*
     });
 }
 
-/// Adds a stage that changes the filtered map.
+/// Adds a benchmark of a stage that changes the filtered map.
 template <class Stage>
 void add_change(const std::string& name, Stage stage) {
     add(name, [=](benchmark::State& state) {

@@ -49,9 +49,9 @@ public:
         if (names.glb.empty()) names.glb = std::filesystem::path(names.html).replace_extension(".glb");
         if (!names.glb.has_filename())
             raise(error_code::invalid_option, "--gallery", "a name for the GLB file of each photo", "none (use -o or --html)");
-        std::string name;
+        std::string name;  // differs for every GLB file
         for (const char c : seen(std::filesystem::path(names.glb).replace_extension()))
-            name += c == '/' ? std::string("__") : std::string(1, c);
+            name += c == '/' ? "%2F" : c == '%' ? "%25" : std::string(1, c);
         names.poster = posters_ / (name + ".jpg");
     }
 
@@ -76,9 +76,9 @@ public:
     void write() {
         nlohmann::ordered_json list = nlohmann::ordered_json::array();
         for (const auto& [index, entry] : entries_) list.push_back(entry);
-        std::string json = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-        for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
-            json.replace(at, 1, "\\u003c");  // so that no text can end the script element
+        std::string json;
+        for (const char c : list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
+            json += c == '<' ? "\\u003c" : std::string(1, c);  // so that no text can end the script element
         std::string page = text_;
         page.replace(position_, marker.size(), "<script id=\"photos\" type=\"application/json\">" + json + "</script>");
         files_.write(page_, page);

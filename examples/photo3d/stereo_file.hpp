@@ -97,8 +97,9 @@ inline void put_attributes(little_endian_bytes& to, std::uint32_t offset, std::u
     to.put_entry(0xB206, 5, 1, numbers + 8);
     to.put_32(0);
     constexpr std::uint32_t unknown = 0xFFFFFFFF;
+    const bool is_known = meters > 0 && meters < 4000;  // as many micrometers have 32 bits
     to.put_32(0), to.put_32(1);
-    to.put_32(meters > 0 ? static_cast<std::uint32_t>(1e6F * meters) : unknown), to.put_32(meters > 0 ? 1'000'000 : unknown);
+    to.put_32(is_known ? static_cast<std::uint32_t>(1e6F * meters) : unknown), to.put_32(is_known ? 1'000'000 : unknown);
 }
 
 /// Encodes an MPO file, the left eye's picture first. Raises the errors of encode_jpeg().

@@ -38,7 +38,12 @@ inline std::vector<std::byte> encode_webp(const image<std::uint8_t>& picture, fl
         WebPPictureImportRGB(&source, picture.data(), 3 * source.width) != 0 && WebPEncode(&config, &source) != 0;
     const std::unique_ptr<std::uint8_t, void (*)(void*)> owner(file.mem, WebPFree);
     WebPPictureFree(&source);
-    if (!is_good) raise(error_code::out_of_memory, "libwebp", "enough memory", "too little");
+    if (!is_good &&
+        (source.error_code == VP8_ENC_ERROR_OUT_OF_MEMORY || source.error_code == VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY))
+        raise(error_code::out_of_memory, "libwebp", "enough memory", "too little");
+    if (!is_good)
+        raise(error_code::too_large, "libwebp", "a texture that it can encode",
+              std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " texels");
     const std::byte* const first = reinterpret_cast<const std::byte*>(file.mem);
     return {first, first + file.size};
 }

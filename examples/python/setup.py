@@ -21,6 +21,10 @@ class build_with_data(build_py):
         os.makedirs(os.path.join(folder, "models"), exist_ok=True)
         for name in ("tiefenrausch_small.safetensors", "farbrausch.safetensors"):
             shutil.copy(os.path.join(TOP, "examples", "models", name), os.path.join(folder, "models"))
+        # packaging/release.sh links libraries into the wheel, and names the folder of their licenses in this variable.
+        licenses = os.environ.get("LDI_LICENSES")
+        if licenses:
+            shutil.copytree(licenses, os.path.join(folder, "licenses"), dirs_exist_ok=True)
         if os.path.exists(VIEWER):
             shutil.copy(VIEWER, folder)
         else:

@@ -110,7 +110,7 @@ public:
             setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
         });
         if (!server_.bind_to_port(address.substr(0, colon), port))
-            raise(error_code::unavailable, "--http", "a free address", address);
+            raise(error_code::unavailable, "--http", "an address that no other program uses", address);
         thread_ = std::thread([this] { server_.listen_after_bind(); });
     }
     ~operations_server() {

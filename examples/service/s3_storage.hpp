@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <memory>
 #include <new>
 #include <span>
@@ -65,7 +66,7 @@ private:
     struct answer {
         std::size_t max_bytes;
         std::vector<std::byte> bytes = {};
-        bool is_too_large = false;
+        bool is_too_large = false, is_out_of_memory = false;
     };
 
     static std::string variable(const char* name, const char* otherwise) {
@@ -75,12 +76,17 @@ private:
         return otherwise;
     }
 
-    static std::size_t take(const char* data, std::size_t, std::size_t count, void* to) {
+    static std::size_t take(const char* data, std::size_t, std::size_t count, void* to) noexcept {
         answer& into = *static_cast<answer*>(to);
         into.is_too_large = count > into.max_bytes - into.bytes.size();
         if (into.is_too_large) return 0;  // ends the transfer
         const std::byte* const bytes = reinterpret_cast<const std::byte*>(data);
-        into.bytes.insert(into.bytes.end(), bytes, bytes + count);
+        try {
+            into.bytes.insert(into.bytes.end(), bytes, bytes + count);
+        } catch (const std::exception&) {
+            into.is_out_of_memory = true;
+            return 0;
+        }
         return count;
     }
 
@@ -158,6 +164,7 @@ private:
     void check_answer(const std::string& url, CURLcode done, const answer& answered) const {
         if (answered.is_too_large)
             raise(error_code::too_large, url, "at most " + std::to_string(answered.max_bytes) + " bytes", "more");
+        if (answered.is_out_of_memory) throw std::bad_alloc();
         if (done != CURLE_OK) raise(error_code::unavailable, url, "an answer", curl_easy_strerror(done));
         long status = 0;
         curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);

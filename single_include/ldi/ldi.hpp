@@ -4218,6 +4218,7 @@ inline constexpr std::array instruction_sets{
     instruction_set{isa::neon_dot_product, "neon", {cpu_feature::arm_dot_product}, isa::scalar},
     instruction_set{isa::wasm_simd128, "wasm", {cpu_feature::wasm_simd128}, isa::scalar}};
 
+/// Returns the row of instruction_sets for `id`.
 constexpr const instruction_set& find_instruction_set(isa id) {
     for (const instruction_set& set : instruction_sets)
         if (set.id == id) return set;
@@ -4235,6 +4236,8 @@ inline bool is_available(isa set) {
 }
 
 /// Raises invalid_option if the set is not available.
+///
+/// where  place of the error, for the message
 inline void check_available(const char* where, isa set) {
     if (!is_available(set))
         raise(error_code::invalid_option, where, "an instruction set of this processor and build", std::string(to_string(set)));
@@ -14243,7 +14246,7 @@ private:
         buffer<std::int32_t> candidates(alone_.size()), reached;
         for (std::int32_t i = 0; i < alone_.count(); ++i) candidates[i] = i;
         masked_colors found(alone_.size());
-        buffer<std::uint8_t> is_candidate(alone_.size());  // in a later wave than the first
+        buffer<std::uint8_t> is_candidate(alone_.size());  // in the next wave
         while (!candidates.empty()) {
             reached.clear();
             for (const std::int32_t i : candidates) {
@@ -14398,8 +14401,8 @@ template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
     if (wanted.size() != layers.size())
-        raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " marks of wanted pixels",
-              std::to_string(wanted.size()));
+        raise(error_code::mismatch, stage_name, "wanted: an entry for each of " + std::to_string(layers.size()) + " pixels",
+              std::to_string(wanted.size()) + " entries");
     if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "one that was moved from");
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
@@ -18053,7 +18056,7 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
-/// Lifts a photo with 16 bits per channel.
+/// Lifts a photo with 16 bits per channel. Parameters and errors as above; 36 bytes per pixel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,
@@ -18668,8 +18671,9 @@ enum class photo_frame : std::uint8_t {
 
 /// Returns how far past the photo's border a camera within the motion budget sees a surface, in pixels.
 ///
-/// camera  camera that took the photo
-/// motion  photo_facts::motion
+/// disparity  of the surface, in [0, 1]
+/// camera     camera that took the photo
+/// motion     photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
     const float parallax = max_parallax(camera.width, camera.height, motion);
     // In a stereo pair, the window is at the nearest surface, and each eye's view shifts by at most a sixtieth of the width
@@ -20236,6 +20240,8 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 /// Raises too_large for a box with a side above max_chart_box.
+///
+/// where  place of the error, for the message
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     const auto refuse = [&](const std::string& found) {
         raise(error_code::mismatch, where, "a partition of " + std::to_string(g.size()) + " pixels into charts", found);
@@ -21784,14 +21790,7 @@ public:
     /// sides.
     template <class Visitor>
     pixel_side next(pixel_side e, Visitor&& visit) const {
-        visit(e.pixel);
-        e.side = clockwise(e.side);
-        while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbor(e.pixel, e.side);
-            visit(e.pixel);
-            e.side = counter_clockwise(e.side);
-        }
-        return e;
+        return turn<clockwise, counter_clockwise>(e, visit);
     }
     pixel_side next(pixel_side e) const {
         return next(e, [](std::int32_t) {});
@@ -21800,14 +21799,7 @@ public:
     /// Returns the boundary side that precedes `e`.
     template <class Visitor>
     pixel_side previous(pixel_side e, Visitor&& visit) const {
-        visit(e.pixel);
-        e.side = counter_clockwise(e.side);
-        while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbor(e.pixel, e.side);
-            visit(e.pixel);
-            e.side = clockwise(e.side);
-        }
-        return e;
+        return turn<counter_clockwise, clockwise>(e, visit);
     }
 
     /// Visits all pixels that share the corner `c`: those that links connect around its lattice point, even across charts. The
@@ -21837,6 +21829,19 @@ public:
     }
 
 private:
+    /// Turns from side `e` around its pixel with `first`, and into each next pixel with `then`, up to the next boundary side.
+    template <int (*first)(int), int (*then)(int), class Visitor>
+    pixel_side turn(pixel_side e, Visitor&& visit) const {
+        visit(e.pixel);
+        e.side = first(e.side);
+        while (!is_boundary(e.pixel, e.side)) {
+            e.pixel = neighbor(e.pixel, e.side);
+            visit(e.pixel);
+            e.side = then(e.side);
+        }
+        return e;
+    }
+
     const std::uint8_t* sides_;
     const std::int32_t* links_[4];
 };
@@ -25028,8 +25033,9 @@ struct path_options {
     float approach = 0.3F;
 };
 
-/// Returns a camera at `position` that looks at `target`. The photo's y axis points up in the picture. The line between the
-/// points must not be vertical.
+/// Returns a camera at `position` that looks at `target`, both in the photo's space. The photo's y axis points up in the picture.
+/// The line between the points must not be vertical: otherwise the assertion fails, or without assertions, the rotation has no
+/// finite numbers, and rasterize() refuses the view.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window: the rectangle that the photo covers at disparity `window`. The window fills
@@ -26496,14 +26502,15 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
     using namespace std::string_view_literals;
     // The functions that select a decoder, so that no message says that it expected and found the same format.
     static constexpr recognized_format recognized[] = {
-        {detail::is_jpeg, "a JPEG file"sv}, {detail::is_png, "a PNG file"sv}, {detail::is_gif, "a GIF file"sv},
-        {detail::is_webp, "a WebP file"sv}, {detail::is_bmp, "a BMP file"sv}, {detail::is_tiff, "a TIFF or raw camera file"sv},
+        {detail::is_jpeg, "a JPEG file"sv},         {detail::is_png, "a PNG file"sv},
+        {detail::is_gif, "a GIF file"sv},           {detail::is_webp, "a WebP file"sv},
+        {detail::is_bmp, "a BMP file"sv},           {detail::is_tiff, "a TIFF or raw camera file"sv},
+        {detail::is_heif, "a HEIC or AVIF file"sv},
     };
     static constexpr signature signatures[] = {
-        {4, "ftypavif"sv, "an AVIF file"},
-        {4, "ftypavis"sv, "an AVIF file"},
-        {4, "ftyphe"sv, "a HEIC file"},
-        {4, "ftypm"sv, "a HEIC or MP4 file"},
+        {4, "ftypavi"sv, "a damaged AVIF file"},
+        {4, "ftyphe"sv, "a damaged HEIC file"},
+        {4, "ftypm"sv, "an MP4 or damaged HEIC file"},
         {4, "ftyp"sv, "a video file"},
         {4, "JXL "sv, "a JPEG XL file"},
         {0, "\xFF\x0A"sv, "a JPEG XL file"},
@@ -26898,7 +26905,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which this reader ignores.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
-        broken("a scale of '" + std::string(scale) + "'");
+        broken("a scale of '" + printable(scale) + "'");
     float_map_header header;
     header.format = picture_format::pfm;
     header.width = *width, header.height = *height, header.begin = at + 1;
@@ -26974,8 +26981,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
     const std::string_view type = npy_field(dictionary, "'descr'").substr(0, 5);
     const bool is_float32 = type == "'<f4'" || type == "'>f4'", is_float64 = type == "'<f8'" || type == "'>f8'";
-    if (!is_float32 && !is_float64)
-        raise(error_code::unsupported, where, "float32 or float64 values", "type " + std::string(type));
+    if (!is_float32 && !is_float64) raise(error_code::unsupported, where, "float32 or float64 values", "type " + printable(type));
     float_map_header header;
     header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");
@@ -27844,8 +27850,8 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
-            refuse(a, "one row per vertex",
-                   std::to_string(a.values.size()) + " values for " + std::to_string(mesh.vertex_count()) + " vertices");
+            refuse(a, std::to_string(a.channels) + " values for each of " + std::to_string(mesh.vertex_count()) + " vertices",
+                   std::to_string(a.values.size()) + " values");
         for (const float value : a.values)
             if (!std::isfinite(value)) refuse(a, "finite values", detail::to_text(value));
     }
@@ -28253,7 +28259,8 @@ struct given_disparity {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Shrinks the photo to a long side of at most `long_side` pixels. Raises invalid_data for a photo without pixels.
+/// Shrinks a photo, H x W x 3, to a long side of at most `long_side` pixels, but at least 1. Copies a smaller photo. Raises
+/// invalid_data for a photo without pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     if (photo.empty())

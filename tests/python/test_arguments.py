@@ -183,7 +183,8 @@ def test_a_masked_array_has_unknown_values():
     values = DEPTH.copy()
     values[:3] = 99
     masked = np.ma.MaskedArray(values, mask=values == 99)
-    assert ldi.clean_depth(PHOTO, masked).disparity.tobytes() == ldi.clean_depth(PHOTO, DEPTH).disparity.tobytes()
+    for given in (masked, lambda photo: masked):
+        assert ldi.clean_depth(PHOTO, given).disparity.tobytes() == ldi.clean_depth(PHOTO, DEPTH).disparity.tobytes()
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 2), (2, 1), (1, 40), (40, 1), (3, 3), (17, 5)])
@@ -287,8 +288,13 @@ def test_points(name):
         with pytest.raises(ldi.InputError) as raised:
             MADE.render(**{name: value})
         check_message(raised, name + ": ", "three finite numbers")
-    with pytest.raises(ldi.InputError, match="target"):
-        MADE.render((1, 2, 3), (1, 2, 3))
+    for target in ((1, 2, 3), (1, 4, 3), (1, -1, 3)):
+        with pytest.raises(ldi.InputError, match="target: .*straight above or below"):
+            MADE.render((1, 2, 3), target)
+    with pytest.raises(ldi.InputError, match="straight above or below"):
+        MADE.render((0, 0, 0), (1e-60, 1, 0))
+    with pytest.raises(ldi.InputError, match="three finite numbers"):
+        MADE.render((1e300, 0, 0))
     assert (MADE.render(np.array([0.01, 0, 0]), np.array([0, 0, -2.0])) == MADE.render([0.01, 0, 0], (0, 0, -2))).all()
 
 

@@ -143,10 +143,12 @@ def same(a, b):
     return len(a) == len(b) and all(same(x, y) if isinstance(x, list) else np.array_equal(x, y) and getattr(x, "dtype", 0) == getattr(y, "dtype", 0) for x, y in zip(a, b))
 
 
+STAIRS = np.fromfunction(lambda y, x: (x // 3 + y // 3) % 7 / 7, (120, 160))
 RESULTS = {
     "Photo3D": MADE,
     "Photo3D of the network": ldi.photo3d(PHOTO),
     "Photo3D of coarse depth": ldi.photo3d(PHOTO, DEPTH[::4, ::4], inpaint="diffusion", focal_length=50, motion=0.2),
+    "Photo3D with less motion than requested": ldi.photo3d(np.zeros((120, 160, 3), np.uint8), STAIRS, inpaint="diffusion", motion=0.3),
     "Photo3D without silhouettes": ldi.photo3d(PHOTO, np.ones_like(DEPTH)),
     "Photo3D of one pixel": ldi.photo3d(PHOTO[:1, :1], np.ones((1, 1))),
     "Depth": MADE.depth,

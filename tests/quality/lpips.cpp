@@ -3,6 +3,7 @@
 #include <bench/quality/lpips.hpp>
 
 #include <catch2/catch.hpp>
+#include <tests/support/files.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -73,11 +74,11 @@ TEST_CASE("LPIPS equals the result of lpips.py") {
         std::printf("skipped: there is no %s\n", archive.c_str());
         return;
     }
-    const std::filesystem::path weights = std::filesystem::temp_directory_path() / "ldi_test_lpips.safetensors";
+    const ldi::testing::scratch_folder folder;
+    const std::filesystem::path weights = folder / "lpips.safetensors";
     const std::string program = std::string(LDI_SOURCE_DIR) + "/bench/quality/lpips_weights.py";
     REQUIRE(std::system(("python3 '" + program + "' '" + archive.string() + "' '" + weights.string() + "'").c_str()) == 0);
     const lpips_network network(ldi::load_safetensors(weights));
-    std::filesystem::remove(weights);
     const picture a = pattern(65, 90, 1), b = pattern(65, 90, 3);
     CHECK(network(a, b, mask(65, 90, 1, std::uint8_t{1})) == Approx(0.3162396).epsilon(1e-5));
     mask left(65, 90);

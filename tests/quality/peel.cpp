@@ -91,7 +91,7 @@ TEST_CASE("from any view, the result of peel() is valid, and its first layer is 
             const auto color = peeled.at<color_column>(front[p]);
             for (std::size_t c = 0; c < 3; ++c) differing += color[c] != seen.color.data()[3 * p + c] ? 1U : 0U;
         }
-        // Another surface may be in front only if two are equally near, up to rounding.
+        // A different surface may be in front only where both have the same depth, up to rounding.
         REQUIRE(differing <= front.size() / 100);
     }
 }

@@ -139,6 +139,13 @@ open("python.glb", "wb").write(made.glb())
 made.glb(compress=True)
 assert "model/gltf-binary" in made.html("photo")' "$sample" "$clean/venv") && same_nameless_glb "$clean/python.glb" --arithmetic float32
 }
+python_has_licenses() {
+    local name licenses
+    licenses=$(compgen -G "$clean/venv/lib/python*/site-packages/ldi/licenses") || return 1
+    for name in ldi zlib libpng lcms2 meshoptimizer libjpeg-turbo libwebp stb nlohmann-json pybind11 gcc; do
+        [ -s "$licenses/$name.txt" ] || return 1
+    done
+}
 python_needs() { # the extension links only glibc, and needs no newer symbols than the wheel's name states
     local extension wanted newest
     extension=$(compgen -G "$clean/venv/lib/python*/site-packages/ldi/_ldi*.so") &&
@@ -193,6 +200,7 @@ try_python() {
     count_step "the wheel installs without an index" python_installs
     count_step "its package makes the same GLB as the ordinary program" python_converts
     count_step "its extension needs no library except glibc" python_needs
+    count_step "it has the licenses of the libraries in it" python_has_licenses
 }
 try_npm() { count_step "the npm package installs and resolves" npm_imports; }
 try_web() {

@@ -10,6 +10,7 @@ import { dirname, extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 import puppeteer from "puppeteer-core";
+import { checkGlb } from "../../examples/viewer/source/check_glb.js";
 import { putTogether, square, takeApart } from "./glb.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -86,19 +87,21 @@ function hostileFiles() {
         return putTogether({ json, binary });
     };
     const meshopt = (count) => ({ EXT_meshopt_compression: { count, byteStride: 256 } });
-    const bomb = Buffer.alloc(64);
-    bomb.write("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "latin1");
-    bomb.writeUInt32BE(60000, 16);
-    bomb.writeUInt32BE(60000, 20);
-    const withImage = () => {
+    /** Returns a model with an image, given as characters of one byte each. */
+    const withImage = (image, textures = 1, images = 1) => {
         const { json, binary } = takeApart(square());
-        json.bufferViews.push({ buffer: 0, byteOffset: binary.length, byteLength: bomb.length });
-        json.images = [{ bufferView: json.bufferViews.length - 1, mimeType: "image/png" }];
-        json.textures = [{ source: 0 }];
+        const file = Buffer.alloc(64);
+        file.write(image, "latin1");
+        json.bufferViews.push({ buffer: 0, byteOffset: binary.length, byteLength: file.length });
+        json.images = Array.from({ length: images }, () => ({ bufferView: json.bufferViews.length - 1, mimeType: "image/png" }));
+        json.textures = Array.from({ length: textures }, () => ({ source: 0 }));
         json.materials[0].pbrMetallicRoughness = { baseColorTexture: { index: 0 } };
-        json.buffers[0].byteLength += bomb.length;
-        return putTogether({ json, binary: Buffer.concat([binary, bomb]) });
+        json.buffers[0].byteLength += file.length;
+        return putTogether({ json, binary: Buffer.concat([binary, file]) });
     };
+    const png = (side) => "\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + `\0\0${side}`.repeat(2);
+    const losslessWebp = "RIFF\0\0\0\0WEBPVP8L\0\0\0\0\x2f\xfe\xbf\xff\x0f"; // 16383 x 16384
+    const manyVertices = (json) => (json.accessors[json.meshes[0].primitives[0].attributes.POSITION].count = 1e6);
     return {
         empty: Buffer.alloc(0),
         text: Buffer.from("this is no model at all, only text"),
@@ -115,13 +118,26 @@ function hostileFiles() {
         noVertices: plain((json) => (json.meshes[0].primitives[0].attributes = {})),
         nothing: plain((json) => (json.scenes[0].nodes = [])),
         strangeMesh: plain((json) => (json.meshes = [null])),
-        textureBomb: withImage(),
+        textureBomb: withImage(png("\xea\x60")), // 60000
+        manyImages: withImage(png("\x3f\xff"), 1, 2), // 16383
+        manyTextures: withImage(png("\x20\x00"), 4), // 8192
+        jpegWithFill: withImage("\xff\xd8\xff\xff\xff\xc0\0\x11\x08\xff\xdc\xff\xdc"), // 65500
+        losslessWebp: withImage(losslessWebp),
+        lossyWebp: withImage("RIFF\0\0\0\0WEBPVP8 \0\0\0\0\0\0\0\x9d\x01\x2a\xff\x3f\xff\x3f"),
+        otherPicture: withImage("\0\0\0\x20ftypavif"),
+        sharedMesh: plain((json) => (manyVertices(json), (json.nodes = Array.from({ length: 3000 }, () => ({ mesh: 0 }))))),
+        sharedVertices: plain((json) => (json.meshes[0].primitives = Array(100_000).fill(json.meshes[0].primitives[0]))),
+        instances: plain((json) => (json.nodes[0].extensions = { EXT_mesh_gpu_instancing: { attributes: {} } })),
+        matrices: plain((json) => json.accessors.push({ count: 4e6, type: "MAT4", componentType: 5126 })),
         meshoptLies: changed((json) => json.bufferViews.forEach(({ extensions }) => extensions && Object.values(extensions).forEach((e) => (e.count = 1e7)))),
         meshoptSecond: plain((json) => (json.bufferViews[0].extensions = { OTHER: {}, ...meshopt(4e6) })),
         meshoptNegative: plain((json) => json.bufferViews.push({ extensions: meshopt(-1e15) }, { extensions: meshopt(4e6) })),
-        textAsCount: plain((json) => json.accessors.push({ count: "1e-9" }, { count: 4e9 })),
+        textAsCount: plain((json) => json.accessors.push({ count: "1e-9", type: "SCALAR" }, { count: 4e9, type: "SCALAR" })),
     };
 }
+
+/** Copies a buffer, which may be a part of a larger one. */
+const bytesOf = (buffer) => new Uint8Array(buffer).buffer;
 
 const pathOf = (name) => execFileSync("sh", ["-c", `command -v ${name}`], { encoding: "utf8" }).trim();
 
@@ -485,6 +501,17 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.ok(levels.between >= 1, JSON.stringify(levels));
             assert.ok(Math.abs(levels.ratio - ratio) < 0.02, JSON.stringify(levels));
         });
+
+    await test("files that need too many resources are refused before three.js reads them", () => {
+        for (const name of ["meshoptSecond", "meshoptNegative", "textAsCount", "sharedMesh", "matrices"])
+            assert.throws(() => checkGlb(bytesOf(hostile[name])), /too many vertices/, name);
+        for (const name of ["textureBomb", "manyImages", "manyTextures", "jpegWithFill", "losslessWebp", "lossyWebp"])
+            assert.throws(() => checkGlb(bytesOf(hostile[name])), /textures are too large/, name);
+        assert.throws(() => checkGlb(bytesOf(hostile.otherPicture)), /not PNG, JPEG or WebP/);
+        assert.throws(() => checkGlb(bytesOf(hostile.sharedVertices)), /too many meshes/);
+        assert.throws(() => checkGlb(bytesOf(hostile.instances)), /repeats a mesh/);
+        checkGlb(bytesOf(square())), checkGlb(bytesOf(glb));
+    });
 
     await test("hostile files cause a message and no request", async (page) => {
         await open(page, "/one.html", sizes.desktop);

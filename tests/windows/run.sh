@@ -67,10 +67,11 @@ run_test() {
         timeout 300 "$wine64" "$build/test.exe"
 }
 compile_conversion() {
+    rm -f "$build/convert"
     mingw -static tests/windows/convert.cpp -o "$build/convert.exe" &
     $launcher "${CXX:-g++}" -std=c++20 -O1 -Iinclude -I. -c tests/windows/convert.cpp -o "$build/linux.o" &&
         "${CXX:-g++}" "$build/linux.o" -pthread -o "$build/convert"
-    wait $!
+    wait $! && [ -x "$build/convert" ]
 }
 sets_under_wine() {
     "$wine64" "$build/convert.exe" sets - - 2>/dev/null | tr -d '\r'

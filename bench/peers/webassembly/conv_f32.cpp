@@ -1,7 +1,7 @@
 // Measures kernels/conv_f32.hpp in WebAssembly on one row of 1152 pixels, with each instruction set and with portable code.
 // Prints the median and the best of many calls, in 10^9 multiplications per second.
 //
-//     em++ -std=c++20 -O2 -msimd128 -Iinclude -isystem FOLDER_WITH_XTENSOR bench/peers/webassembly/conv_f32.cpp -o conv_f32.js
+//     em++ -std=c++20 -O2 -msimd128 -Iinclude bench/peers/webassembly/conv_f32.cpp -o conv_f32.js
 //     node --no-experimental-fetch conv_f32.js
 #include <ldi/kernels/conv_f32.hpp>
 

@@ -67,9 +67,9 @@ inline std::shared_ptr<layer_value> layer_from(const py::tuple& state) {
 
 inline py::tuple state_of(const layers_value& layers) {
     const silhouettes_value& silhouettes = silhouettes_of(layers);
-    return py::make_tuple(version_text(), silhouettes.depth, silhouettes.focal_length_35mm, layers.motion, layers.geometry,
-                          copy_of(layers.layers.column<color_column>(), 3), copy_of(layers.layers.column<known_column>()),
-                          layers.margin > 0);
+    return py::make_tuple(version_text(), silhouettes.depth, silhouettes.focal_length_35mm, layers.requested_motion,
+                          layers.geometry, copy_of(layers.layers.column<color_column>(), 3),
+                          copy_of(layers.layers.column<known_column>()), layers.margin > 0);
 }
 inline std::shared_ptr<layers_value> layers_from(const py::tuple& state) {
     const py::tuple items = checked(state, 7);

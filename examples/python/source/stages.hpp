@@ -62,7 +62,7 @@ inline std::shared_ptr<layers_value> make_layers(const layer_value& layer, float
         const silhouettes_value& silhouettes = *layer.silhouettes;
         auto grown = expand(layer.layers, silhouettes.facts.surface, silhouettes.curves, options, listener);
         return std::make_shared<layers_value>(
-            layers_value{std::move(grown.layers), layer.silhouettes, grown.motion, 0, new_geometry_id()});
+            layers_value{std::move(grown.layers), layer.silhouettes, grown.motion, motion, 0, new_geometry_id()});
     });
 }
 

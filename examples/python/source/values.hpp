@@ -44,8 +44,9 @@ struct layer_value {
 struct layers_value {
     working_layers<> layers;
     std::shared_ptr<silhouettes_value> silhouettes;  ///< null for the layers that a Python inpainter receives
-    float motion = 0;
-    std::int32_t margin = 0;  ///< photo_facts::margin
+    float motion = 0;                                ///< photo_facts::motion
+    float requested_motion = 0;                      ///< expand_options::motion, which is larger if growth ended early
+    std::int32_t margin = 0;                         ///< photo_facts::margin
     geometry_id geometry = 0;
 };
 
@@ -104,7 +105,7 @@ inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     const geometry_id id = new_geometry_id();
     return {std::make_shared<layers_value>(layers_value{working_layers<>(std::move(made.layers)),
                                                         std::make_shared<silhouettes_value>(std::move(silhouettes)),
-                                                        made.facts.motion, made.facts.margin, id}),
+                                                        made.facts.motion, options.expand.motion, made.facts.margin, id}),
             std::make_shared<charts_value>(charts_value{std::move(made.charts), id}),
             std::make_shared<atlas_value>(atlas_value{std::move(made.atlas), id}),
             std::make_shared<mesh_value>(mesh_value{std::move(made.mesh), id})};

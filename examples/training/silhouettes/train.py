@@ -219,7 +219,7 @@ def main():
         run.seconds = before + time.process_time() - processor
         if falls_from is None and (os.path.exists(path("finish")) or (a.minutes and time.time() - start > 60 * a.minutes)):
             text = open(path("finish")).read().strip() if os.path.exists(path("finish")) else ""
-            falls_from, falls_for = time.time(), 60 * (float(text) if text else 10.0)
+            falls_from, falls_for = time.time(), 60 * max(float(text) if text else 10.0, 1.0)
             print(f"step {run.step}: finishing within {falls_for / 60:.0f} minutes", flush=True)
         fallen = 0.0 if falls_from is None else (time.time() - falls_from) / falls_for
         done = asked or fallen >= 1 or os.path.exists(path("stop"))

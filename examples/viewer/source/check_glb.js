@@ -1,6 +1,7 @@
 // Refuses GLB files that need more resources than a photo should, or would request files from other servers.
 
 const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_000_000 };
+const components = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 
 /** @param {ArrayBuffer} bytes  a GLB file. Throws an error with a message for users. */
 export function checkGlb(bytes) {
@@ -22,12 +23,16 @@ export function checkGlb(bytes) {
         throw new Error("It refers to other files, or has files as text.");
     // Anything but a number of 0 or more counts as too large: strings would be appended to the sum.
     const total = (sizes) => sizes.reduce((sum, size) => sum + (typeof size === "number" && size >= 0 ? size : Infinity), 0);
-    const values = total(list("accessors").map(({ count }) => count));
+    const values = total(list("accessors").map(({ count, type }) => count * components[type]));
     const compressed = list("bufferViews").flatMap(({ extensions }) => Object.values(extensions ?? {}));
     const buffered = total(compressed.filter((data) => data?.count !== undefined).map(({ count, byteStride }) => count * byteStride));
-    if (!(values <= limits.values && buffered <= 16 * limits.values)) throw new Error("It has too many vertices.");
+    if (!(values <= limits.values && buffered <= 4 * limits.values)) throw new Error("It has too many vertices.");
     checkNodes(list("nodes"));
-    checkImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(28 + length, bytes.byteLength)));
+    checkMeshes(list("nodes"), list("meshes"), list("accessors"));
+    const sizes = sizesOfImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(28 + length, bytes.byteLength)));
+    // Each texture needs memory on the graphics card, even if several show the same image.
+    const sources = list("textures").map(({ source, extensions }) => extensions?.EXT_texture_webp?.source ?? source);
+    if (total(sources.map((source) => sizes[source] ?? 0)) > limits.texels) throw new Error("Its textures are too large.");
 }
 
 /** Checks that every node has at most one parent, and that no node is its own ancestor. */
@@ -44,17 +49,36 @@ function checkNodes(nodes) {
             if (++depth > 64) throw new Error("Its nodes are not a tree.");
 }
 
-function checkImages(images, bufferViews, binary) {
-    let texels = 0;
-    for (const { bufferView } of images) {
-        const { byteOffset = 0, byteLength = 0 } = bufferViews[bufferView] ?? {};
-        const [width, height] = sizeOfPicture(binary.subarray(byteOffset, byteOffset + byteLength));
-        texels += width * height;
-        if (Math.max(width, height) > limits.side || texels > limits.texels) throw new Error("Its textures are too large.");
+/** Limits what is drawn: nodes may share meshes, and meshes may share vertices. */
+function checkMeshes(nodes, meshes, accessors) {
+    const drawn = meshes.map(({ primitives }) => (Array.isArray(primitives) ? primitives : []).map((part) => {
+        const vertices = accessors[part?.attributes?.POSITION]?.count ?? 0;
+        return Math.max(vertices, accessors[part?.indices]?.count ?? 0);
+    }));
+    let [parts, vertices] = [0, 0];
+    for (const { mesh, extensions } of nodes) {
+        if (extensions?.EXT_mesh_gpu_instancing !== undefined) throw new Error("It repeats a mesh.");
+        parts += drawn[mesh]?.length ?? 0;
+        if (parts > limits.nodes) throw new Error("It has too many meshes.");
+        for (const count of drawn[mesh] ?? []) vertices += count;
     }
+    if (!(vertices <= limits.values)) throw new Error("It has too many vertices.");
 }
 
-/** Returns the width and height in a PNG, JPEG or WebP file; 0 for other files, which the browser checks. */
+/** Returns the number of texels of each image. */
+function sizesOfImages(images, bufferViews, binary) {
+    let texels = 0;
+    return images.map(({ bufferView }) => {
+        const { byteOffset = 0, byteLength = 0 } = bufferViews[bufferView] ?? {};
+        const size = sizeOfPicture(binary.subarray(byteOffset, byteOffset + byteLength));
+        if (size === undefined) throw new Error("Its textures are not PNG, JPEG or WebP pictures.");
+        texels += size[0] * size[1];
+        if (Math.max(...size) > limits.side || texels > limits.texels) throw new Error("Its textures are too large.");
+        return size[0] * size[1];
+    });
+}
+
+/** Returns the width and height in a PNG, JPEG or WebP file; undefined for other files. */
 function sizeOfPicture(file) {
     const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
     if (file.length >= 30 && view.getUint32(0) === 0x89504e47) return [view.getUint32(16), view.getUint32(20)];
@@ -62,13 +86,16 @@ function sizeOfPicture(file) {
         const kind = String.fromCharCode(...file.subarray(12, 16));
         const u24 = (at) => view.getUint16(at, true) + 65536 * file[at + 2];
         if (kind === "VP8X") return [1 + u24(24), 1 + u24(27)];
-        return [0, 0]; // other formats have at most 16,384 pixels per side
+        if (kind === "VP8 ") return [view.getUint16(26, true) & 0x3fff, view.getUint16(28, true) & 0x3fff];
+        const sides = view.getUint32(21, true); // each 14 bits, less 1
+        if (kind === "VP8L") return [1 + (sides & 0x3fff), 1 + ((sides >> 14) & 0x3fff)];
     }
     if (file.length >= 4 && view.getUint16(0) === 0xffd8)
-        for (let at = 2; at + 9 < file.length; at += 2 + view.getUint16(at + 2)) {
-            if (file[at] !== 0xff) break;
-            const isFrame = file[at + 1] >= 0xc0 && file[at + 1] <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(file[at + 1]);
-            if (isFrame) return [view.getUint16(at + 7), view.getUint16(at + 5)];
+        for (let at = 2; at + 9 < file.length && file[at] === 0xff; ) {
+            const marker = file[at + 1];
+            if (marker >= 0xc0 && marker <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(marker))
+                return [view.getUint16(at + 7), view.getUint16(at + 5)];
+            at += marker === 0xff ? 1 : 2 + view.getUint16(at + 2); // a marker may follow any number of fill bytes
         }
-    return [0, 0];
+    return undefined;
 }

@@ -34,7 +34,7 @@ async function answer(request) {
     const cache = await caches.open(version);
     const kept = await cache.match(request, { ignoreSearch: true });
     const response = kept ?? (await fetch(request));
-    if (!kept && response.ok && request.url.endsWith(".gz")) await cache.put(request, response.clone());
+    if (!kept && response.ok && request.url.endsWith(".gz")) await cache.put(request, response.clone()).catch(() => {}); // no space: works, but only online
     return request.mode === "navigate" && response.ok ? isolated(response) : response;
 }
 

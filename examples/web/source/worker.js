@@ -119,14 +119,14 @@ function accept({ color, height, width, focalLength, refused, depth }) {
 
 /** Calls `use` with the addresses of copies of the arrays in the converter's memory; 0 for an array that is missing. */
 function within(arrays, use) {
-    const places = arrays.map((array) => {
-        if (!array) return 0;
-        const place = converter._malloc(Math.max(array.length, 1));
-        if (place === 0) throw new Error("not enough memory");
-        memory().set(array, place);
-        return place;
-    });
+    const places = [];
     try {
+        for (const array of arrays) {
+            places.push(array ? converter._malloc(Math.max(array.length, 1)) : 0);
+            if (!array) continue;
+            if (places.at(-1) === 0) throw new Error("not enough memory");
+            memory().set(array, places.at(-1));
+        }
         return use(places);
     } finally {
         for (const place of places) converter._free(place);

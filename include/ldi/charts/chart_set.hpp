@@ -67,6 +67,8 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 /// Raises too_large for a box with a side above max_chart_box.
+///
+/// where  place of the error, for the message
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     const auto refuse = [&](const std::string& found) {
         raise(error_code::mismatch, where, "a partition of " + std::to_string(g.size()) + " pixels into charts", found);

@@ -80,7 +80,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which this reader ignores.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
-        broken("a scale of '" + std::string(scale) + "'");
+        broken("a scale of '" + printable(scale) + "'");
     float_map_header header;
     header.format = picture_format::pfm;
     header.width = *width, header.height = *height, header.begin = at + 1;
@@ -156,8 +156,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
     const std::string_view type = npy_field(dictionary, "'descr'").substr(0, 5);
     const bool is_float32 = type == "'<f4'" || type == "'>f4'", is_float64 = type == "'<f8'" || type == "'>f8'";
-    if (!is_float32 && !is_float64)
-        raise(error_code::unsupported, where, "float32 or float64 values", "type " + std::string(type));
+    if (!is_float32 && !is_float64) raise(error_code::unsupported, where, "float32 or float64 values", "type " + printable(type));
     float_map_header header;
     header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");

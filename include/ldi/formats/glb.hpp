@@ -148,8 +148,8 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
             if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
-            refuse(a, "one row per vertex",
-                   std::to_string(a.values.size()) + " values for " + std::to_string(mesh.vertex_count()) + " vertices");
+            refuse(a, std::to_string(a.channels) + " values for each of " + std::to_string(mesh.vertex_count()) + " vertices",
+                   std::to_string(a.values.size()) + " values");
         for (const float value : a.values)
             if (!std::isfinite(value)) refuse(a, "finite values", detail::to_text(value));
     }

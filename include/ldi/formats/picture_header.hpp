@@ -100,14 +100,15 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
     using namespace std::string_view_literals;
     // The functions that select a decoder, so that no message says that it expected and found the same format.
     static constexpr recognized_format recognized[] = {
-        {detail::is_jpeg, "a JPEG file"sv}, {detail::is_png, "a PNG file"sv}, {detail::is_gif, "a GIF file"sv},
-        {detail::is_webp, "a WebP file"sv}, {detail::is_bmp, "a BMP file"sv}, {detail::is_tiff, "a TIFF or raw camera file"sv},
+        {detail::is_jpeg, "a JPEG file"sv},         {detail::is_png, "a PNG file"sv},
+        {detail::is_gif, "a GIF file"sv},           {detail::is_webp, "a WebP file"sv},
+        {detail::is_bmp, "a BMP file"sv},           {detail::is_tiff, "a TIFF or raw camera file"sv},
+        {detail::is_heif, "a HEIC or AVIF file"sv},
     };
     static constexpr signature signatures[] = {
-        {4, "ftypavif"sv, "an AVIF file"},
-        {4, "ftypavis"sv, "an AVIF file"},
-        {4, "ftyphe"sv, "a HEIC file"},
-        {4, "ftypm"sv, "a HEIC or MP4 file"},
+        {4, "ftypavi"sv, "a damaged AVIF file"},
+        {4, "ftyphe"sv, "a damaged HEIC file"},
+        {4, "ftypm"sv, "an MP4 or damaged HEIC file"},
         {4, "ftyp"sv, "a video file"},
         {4, "JXL "sv, "a JPEG XL file"},
         {0, "\xFF\x0A"sv, "a JPEG XL file"},

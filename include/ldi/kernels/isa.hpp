@@ -43,6 +43,7 @@ inline constexpr std::array instruction_sets{
     instruction_set{isa::neon_dot_product, "neon", {cpu_feature::arm_dot_product}, isa::scalar},
     instruction_set{isa::wasm_simd128, "wasm", {cpu_feature::wasm_simd128}, isa::scalar}};
 
+/// Returns the row of instruction_sets for `id`.
 constexpr const instruction_set& find_instruction_set(isa id) {
     for (const instruction_set& set : instruction_sets)
         if (set.id == id) return set;
@@ -60,6 +61,8 @@ inline bool is_available(isa set) {
 }
 
 /// Raises invalid_option if the set is not available.
+///
+/// where  place of the error, for the message
 inline void check_available(const char* where, isa set) {
     if (!is_available(set))
         raise(error_code::invalid_option, where, "an instruction set of this processor and build", std::string(to_string(set)));

@@ -111,7 +111,7 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
-/// Lifts a photo with 16 bits per channel.
+/// Lifts a photo with 16 bits per channel. Parameters and errors as above; 36 bytes per pixel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,

@@ -42,8 +42,9 @@ enum class photo_frame : std::uint8_t {
 
 /// Returns how far past the photo's border a camera within the motion budget sees a surface, in pixels.
 ///
-/// camera  camera that took the photo
-/// motion  photo_facts::motion
+/// disparity  of the surface, in [0, 1]
+/// camera     camera that took the photo
+/// motion     photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
     const float parallax = max_parallax(camera.width, camera.height, motion);
     // In a stereo pair, the window is at the nearest surface, and each eye's view shifts by at most a sixtieth of the width

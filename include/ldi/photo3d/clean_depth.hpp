@@ -26,7 +26,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Shrinks the photo to a long side of at most `long_side` pixels. Raises invalid_data for a photo without pixels.
+/// Shrinks a photo, H x W x 3, to a long side of at most `long_side` pixels, but at least 1. Copies a smaller photo. Raises
+/// invalid_data for a photo without pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     if (photo.empty())

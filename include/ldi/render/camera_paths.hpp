@@ -41,8 +41,9 @@ struct path_options {
     float approach = 0.3F;
 };
 
-/// Returns a camera at `position` that looks at `target`. The photo's y axis points up in the picture. The line between the
-/// points must not be vertical.
+/// Returns a camera at `position` that looks at `target`, both in the photo's space. The photo's y axis points up in the picture.
+/// The line between the points must not be vertical: otherwise the assertion fails, or without assertions, the rotation has no
+/// finite numbers, and rasterize() refuses the view.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window: the rectangle that the photo covers at disparity `window`. The window fills

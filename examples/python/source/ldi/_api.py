@@ -43,6 +43,8 @@ def _point(name, value):
     point = np.asarray(value)
     if point.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected three numbers, found {type(value).__name__}")
+    with np.errstate(over="ignore"):
+        point = point.astype(np.float32)
     if point.shape != (3,) or not np.isfinite(point).all():
         raise InputError("invalid option", name, "three finite numbers", repr(value))
     return [float(coordinate) for coordinate in point]
@@ -52,14 +54,19 @@ def _threads(value):
     return _integer("threads", value, 0, 1024)
 
 
+def _unmasked(depth):
+    """Replaces masked values with NaN."""
+    return depth.astype(np.float32).filled(np.nan) if isinstance(depth, np.ma.MaskedArray) else depth
+
+
 def _depth(depth, kind, is_inverse):
     """Returns (depth, is_metric, is_inverse), the arguments of the extension's functions."""
     _choice("depth_kind", kind, ("disparity", "meters"))
     if depth is None:
         depth = depth_network()
-    elif isinstance(depth, np.ma.MaskedArray):
-        depth = depth.astype(np.float32).filled(np.nan)
-    return depth, kind == "meters", bool(is_inverse)
+    elif callable(depth) and not isinstance(depth, DepthNetwork):
+        estimate, depth = depth, lambda photo: _unmasked(estimate(photo))
+    return _unmasked(depth), kind == "meters", bool(is_inverse)
 
 
 def _inpainter(inpaint):
@@ -269,8 +276,8 @@ def render(self, position=(0, 0, 0), target=None, width=None, *, samples=2, thre
     position = _point("position", position)
     if target is not None:
         target = _point("target", target)
-        if target == position:
-            raise InputError("invalid option", "target", "a point other than position", repr(tuple(target)))
+        if (target[0], target[2]) == (position[0], position[2]):
+            raise InputError("invalid option", "target", "a point that is not straight above or below position", repr(tuple(target)))
     width = None if width is None else _integer("width", width, 1, 16384)
     return _ldi.render(self, position, target, width, _integer("samples", samples, 1, 8), _threads(threads))
 

@@ -42,7 +42,7 @@ inline depth_meaning google_meaning(const xmp_properties& xmp, std::string_view 
     depth_meaning meaning;
     const std::string_view format = xmp.text(space, "Format").value_or("RangeInverse");
     if (format != "RangeInverse" && format != "RangeLinear")
-        raise(error_code::unsupported, where, "RangeInverse or RangeLinear", std::string(format.substr(0, 40)));
+        raise(error_code::unsupported, where, "RangeInverse or RangeLinear", printable(format));
     meaning.coding = format == "RangeLinear" ? depth_coding::range_linear : depth_coding::range_inverse;
     const std::optional<double> first = xmp.number(space, "Near"), last = xmp.number(space, "Far");
     if (!first || !last) raise(error_code::invalid_data, where, "finite numbers in Near and Far", "a missing or invalid number");

@@ -212,7 +212,7 @@ private:
         buffer<std::int32_t> candidates(alone_.size()), reached;
         for (std::int32_t i = 0; i < alone_.count(); ++i) candidates[i] = i;
         masked_colors found(alone_.size());
-        buffer<std::uint8_t> is_candidate(alone_.size());  // in a later wave than the first
+        buffer<std::uint8_t> is_candidate(alone_.size());  // in the next wave
         while (!candidates.empty()) {
             reached.clear();
             for (const std::int32_t i : candidates) {
