@@ -182,7 +182,7 @@ class Schedule:
         if self.hurry is None:
             self.hurry = (max(LAST, progress, reached), seconds)
         start, since = self.hurry
-        return min(1.0, start + (1 - start) * (seconds - since) / (60 * minutes))
+        return min(1.0, start + (1 - start) * (seconds - since) / (60 * max(minutes, 1.0)))
 
 
 def arguments():

@@ -135,7 +135,7 @@ inline void check_options(const glb_options& options) {
 }
 
 inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attribute>& attributes) {
-    const auto refuse = [](const vertex_attribute& a, const char* expected, const std::string& found) {
+    const auto refuse = [](const vertex_attribute& a, const std::string& expected, const std::string& found) {
         raise(error_code::invalid_option, "glb_options::attributes", expected, found + " in " + a.name);
     };
     for (std::size_t i = 0; i < attributes.size(); ++i) {
