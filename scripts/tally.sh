@@ -2,7 +2,8 @@
 #
 #   build_and_test PRESET [CMAKE_OPTION...]   builds a preset and runs its tests with CTest. A failed build counts as one failure.
 #                                             Optional variables: build_targets, a list of targets to build instead of all;
-#                                             only_labels and exclude_labels, regular expressions that select tests by label
+#                                             only_labels, exclude_labels and only_tests, regular expressions that select tests by
+#                                             label and by name
 #   count_step NAME COMMAND...                runs a command, which counts as one test
 #   count_together WHERE COMMAND ARGUMENT...  runs COMMAND with each argument, as many at a time as there are cores. Each run counts as one
 #                                             test, named "ARGUMENT WHERE"; its output is printed after it has ended, and each line with
@@ -73,7 +74,7 @@ build_and_test() {
 
     log=$(mktemp)
     ctest --preset "$preset" --parallel "$jobs" ${only_labels:+--label-regex "$only_labels"} \
-        ${exclude_labels:+--label-exclude "$exclude_labels"} 2>&1 | tee "$log" || true
+        ${exclude_labels:+--label-exclude "$exclude_labels"} ${only_tests:+--tests-regex "$only_tests"} 2>&1 | tee "$log" || true
     # "94% tests passed, 3 tests failed out of 50"
     summary=$(sed -nE 's/^[0-9]+% tests passed, ([0-9]+) tests failed out of ([0-9]+)$/\1 \2/p' "$log")
     if [ -n "$summary" ]; then

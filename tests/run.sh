@@ -6,7 +6,8 @@
 #   tests/run.sh [--all] [CMAKE_OPTION...]
 #
 # --all adds slower tests: the lessons of examples/learn; tests labeled slow, such as those of bench/quality; tests of whole photos with
-# sanitizers; and two more builds of the unit tests: with g++ without sanitizers, and with clang and the single header.
+# sanitizers; and more builds of unit tests: with g++ without sanitizers, with clang and the single header, optimized, and with the
+# thread sanitizer.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh
@@ -30,6 +31,11 @@ if [ "$all" = 1 ]; then
     # g++ builds with the separate headers, clang with the single header. The test single_include/same_program ensures that both
     # contain the same code. Without debug information, the build takes a quarter less time.
     exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
+    # Kernels and networks as users build them, and what runs on threads with the thread sanitizer.
+    build_targets="ldi_test_kernels ldi_test_nn ldi_test_nn_dense ldi_test_nn_ldi ldi_test_networks" only_tests="^(kernels|nn|networks)/" \
+        only_labels=unit build_and_test release "${common[@]}" -DLDI_UNITY_TESTS=ON -DLDI_BUILD_EXAMPLES=OFF
+    build_targets="ldi_test_base ldi_test_core ldi_test_nn ldi_test_nn_dense ldi_test_nn_ldi ldi_test_networks" \
+        only_tests="^(base/[a-z0-9_]+$|core/|nn/|networks/)" only_labels=unit build_and_test threads "${common[@]}" -DLDI_UNITY_TESTS=ON -DLDI_BUILD_EXAMPLES=OFF
 else
     build_targets="photo3d ldi_test_photo3d ldi_test_networks_tiefenrausch" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}" \
         -DLDI_UNITY_TESTS=ON
