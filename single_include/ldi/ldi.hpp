@@ -13360,7 +13360,9 @@ private:
             own.resize(bytes_of(planned, strips), unset);
             memory = own;
         }
-        LDI_ASSERT(memory.size() >= bytes_of(planned, strips));
+        if (memory.size() < bytes_of(planned, strips))
+            raise(error_code::mismatch, "quantized_network", "memory of " + std::to_string(bytes_of(planned, strips)) + " bytes",
+                  std::to_string(memory.size()));
         const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;
         std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (buffer_alignment - misaligned);
 
@@ -14998,6 +15000,22 @@ inline void check_map(image_view<const float> map, const char* where) {
         raise(error_code::mismatch, where, "a map H x W x 1", shape_text(map));
 }
 
+/// Raises invalid_data for a value that is not finite.
+inline void check_finite(image_view<const float> map, const char* where) {
+    for (std::size_t y = 0; y < map.height(); ++y) {
+        const float* const row = map.row(y);
+        bool is_finite = true;
+        for (std::size_t x = 0; x < map.width() * map.channels(); ++x)
+            is_finite &= std::abs(row[x]) <= (std::numeric_limits<float>::max)();
+        if (!is_finite) raise(error_code::invalid_data, where, "finite values", "infinity or NaN in row " + std::to_string(y));
+    }
+}
+
+/// Raises invalid_option unless the side length of a depth sample, in photo pixels, is 1 to 16.
+inline void check_sample_size(float size) {
+    if (!(size >= 1 && size <= 16)) raise(error_code::invalid_option, "undecided_depth::sample_size", "1 to 16", to_text(size));
+}
+
 /// Raises too_large for a map with 2^31 pixels or more, whose pixels have no index in 32 bits.
 inline void check_pixel_count(image_view<const float> map, const char* where) {
     constexpr std::size_t limit = (std::numeric_limits<std::int32_t>::max)();
@@ -15143,7 +15161,7 @@ public:
     // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo or the band.
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         if (offset < -2 * radius_ || offset >= 2 * radius_) return nullptr;
-        const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+        const std::int32_t i = pixels_[index(k, offset)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
     }
 
@@ -15156,9 +15174,11 @@ private:
 
     static std::int32_t nearest_int(std::size_t n) { return static_cast<std::int32_t>(n); }
     float at(std::int32_t i) const { return disparity_.row(i / width_)[i % width_]; }
-    std::int32_t& pixel(std::int32_t k, std::int32_t offset) {
-        return pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+    std::size_t index(std::int32_t k, std::int32_t offset) const {
+        return 4 * static_cast<std::size_t>(k) * static_cast<std::size_t>(radius_) +
+               static_cast<std::size_t>(offset + 2 * radius_);
     }
+    std::int32_t& pixel(std::int32_t k, std::int32_t offset) { return pixels_[index(k, offset)]; }
     std::int32_t pixel_at(point from, point across, float distance) const {
         const float x = std::floor(from.x + distance * across.x), y = std::floor(from.y + distance * across.y);
         if (!(x >= 0.0F && y >= 0.0F && x < nearest_float(photo_.width()) && y < nearest_float(photo_.height()))) return no_pixel;
@@ -15428,6 +15448,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
                             const alignment_options& options) {
     check_map_and_photo(disparity, photo, "align_silhouettes");
     check_pixel_count(disparity, "align_silhouettes");
+    check_finite(disparity, "align_silhouettes");
     if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
         raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
               detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
@@ -15440,10 +15461,11 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch unless the images have these shapes, too_large for 2^31 pixels or more, and invalid_option if the uncertainty
-/// is not in [0, 256] or the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves
-/// times the uncertainty. Memory is 10 bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread
-/// needs 26 * uncertainty bytes for each pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, invalid_data for disparities that are not finite, too_large for 2^31
+/// pixels or more, and invalid_option if the uncertainty is not in [0, 256] or the stiffness is below 0. Time is linear in the
+/// number of pixels and in the total length of all curves times the uncertainty. Memory is 10 bytes per pixel, and 8 for each
+/// pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each pixel side of the longest
+/// curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -15500,6 +15522,7 @@ struct aligned_silhouettes {
 
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
+        detail::check_sample_size(depth.sample_size);
         alignment_options scaled = options;
         constexpr float farthest = 256.0F;  // align_silhouettes() accepts no larger value
         if (options.uncertainty <= farthest) scaled.uncertainty = (std::min)(options.uncertainty * depth.sample_size, farthest);
@@ -15581,10 +15604,12 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises mismatch for another number of channels, and invalid_option if the radius is not in [0, 64], or max_depth not in
-/// [0, 1]. Time is proportional to the number of samples times the radius. Memory is 16 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_data for values that are not finite, and invalid_option if the radius
+/// is not in [0, 64], or max_depth not in [0, 1]. Time is proportional to the number of samples times the radius. Memory is 16
+/// bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     detail::check_map(disparity, "level_dips");
+    detail::check_finite(disparity, "level_dips");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "level_options::radius", "0 to 64", std::to_string(options.radius));
     if (!(options.max_depth >= 0.0F && options.max_depth <= 1.0F))
@@ -15872,7 +15897,8 @@ struct step_band {
 /// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
 /// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
 /// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region. Raises mismatch for another number of
-/// channels, too_large for 2^31 pixels or more.
+/// channels, invalid_data for values that are not finite, invalid_option for a max_step below 0 or a min_step of 0 or less,
+/// too_large for 2^31 pixels or more.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -16044,7 +16070,11 @@ private:
 
 inline step_band find_step_band(image_view<const float> disparity, const step_band_options& options) {
     detail::check_map(disparity, "find_step_band");
+    if (!(options.max_step >= 0 && options.min_step > 0))
+        raise(error_code::invalid_option, "step_band_options", "a max_step of at least 0 and a min_step above 0",
+              detail::to_text(options.max_step) + " and " + detail::to_text(options.min_step));
     detail::check_pixel_count(disparity, "find_step_band");
+    detail::check_finite(disparity, "find_step_band");
     return detail::step_band_finder(disparity, options).run();
 }
 
@@ -16341,6 +16371,7 @@ public:
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
         detail::check_map_and_photo(depth.disparity, depth.photo, "network_decider");
+        detail::check_sample_size(depth.sample_size);
         if (depth.estimated.empty() || depth.estimated.channels() != 1)
             raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with pixels",
                   detail::shape_text(depth.estimated));
@@ -16784,7 +16815,8 @@ private:
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
 /// If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty images or
-/// wrong numbers of channels, invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
+/// wrong numbers of channels, invalid_data for disparities that are not finite, invalid_option if a sigma is not above 0. Linear
+/// time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -16793,6 +16825,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (disparity.empty() || photo.empty() || disparity.channels() != 1 || photo.channels() != 3)
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               detail::shape_text(disparity) + " and " + detail::shape_text(photo));
+    detail::check_finite(disparity, "resample");
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               detail::to_text(options.spatial_sigma) + " and " + detail::to_text(options.color_sigma));
@@ -16929,12 +16962,13 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 /// surface    rule that decides whether neighboring samples belong to one surface
 ///
-/// Raises mismatch for another number of channels, invalid_option if the radius is below 0 or above 64. Time is proportional to
-/// the number of samples times the radius. Memory is 40 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option if the radius is
+/// below 0 or above 64. Time is proportional to the number of samples times the radius. Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
     detail::check_map(disparity, "sharpen_edges");
+    detail::check_finite(disparity, "sharpen_edges");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "sharpen_options::radius", "0 to 64", std::to_string(options.radius));
     image<float> map(disparity);
@@ -17155,13 +17189,14 @@ private:
 /// disparity  H x W x 1, finite
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
-/// its value if all weights are zero. Raises mismatch for another number of channels, invalid_option if sigma is not above 0.
-/// Linear time; 9 bytes per pixel.
+/// its value if all weights are zero. Raises mismatch for another number of channels, invalid_data for values that are not
+/// finite, invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
     using namespace detail::median;
     detail::check_map(disparity, "weighted_median");
+    detail::check_finite(disparity, "weighted_median");
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", detail::to_text(options.sigma));
     const std::size_t rows = disparity.height(), columns = disparity.width();
@@ -18032,8 +18067,9 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     for (std::size_t y = 0; y < rows; ++y) colors.append(color.row(y), color.row(y) + 3 * columns);
     buffer<float> disparities = checked_disparity(disparity);
     graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
+    const image_view<const float> checked(disparities.data(), rows, columns, 1);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), facts.surface, g);
+        for (std::size_t y = first; y < last; ++y) place_row(checked, static_cast<std::int32_t>(y), facts.surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;
@@ -20771,6 +20807,10 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         detail::check_rectangle(s, max_side, "pack");
         largest = {(std::max)(largest.width, s.width), (std::max)(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
+        if (area > std::int64_t{max_side} * max_side)
+            raise(error_code::too_large, "pack",
+                  "rectangles that fit on a sheet of " + std::to_string(max_side) + " x " + std::to_string(max_side),
+                  "a larger area");
     }
     const buffer<std::size_t> order = detail::packing_order(sizes);
 
@@ -20884,12 +20924,15 @@ struct padding_options {
 /// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
+    /// g        graph of the layers; the views and references must outlive this object
+    /// colors   K x 3
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color    the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
     ///
-    /// Raises mismatch if sizes do not fit together.
-    chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+    /// Raises mismatch if sizes do not fit together or an invariant of the graph does not hold.
+    template <std::convertible_to<graph_view> Graph>
+    chart_padder(const Graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
           colors_(colors.data()),
@@ -20901,6 +20944,7 @@ public:
         if (colors.size() != 3 * g.size() || kind_of.size() != g.size() || color.channels() != 3 || kind.channels() != 1 ||
             color.height() != kind.height() || color.width() != kind.width())
             raise(error_code::mismatch, "chart_padder", "a color and a kind for each pixel, and an atlas of both", "other sizes");
+        check_topology(g, "chart_padder");
     }
 
     /// Draws and pads a chart.
@@ -21240,16 +21284,16 @@ struct sheet_scale {
         return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
     }
     /// Returns the pixel of the layered image that contains the center of a photo pixel. It may lie outside the layered image.
-    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo) + margin; }
+    std::int32_t pixel_of(std::int64_t photo_pixel) const {
+        return static_cast<std::int32_t>(floored((2 * photo_pixel + 1) * layers, 2 * photo)) + margin;
+    }
     /// Returns the last photo pixel that starts at or before the start of a pixel of the layered image.
-    std::int32_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
+    std::int64_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
     /// Returns the first photo pixel that starts at or after the start of a pixel of the layered image.
-    std::int32_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
+    std::int64_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
 
 private:
-    static std::int32_t floored(std::int64_t a, std::int64_t positive) {
-        return static_cast<std::int32_t>(a / positive - (a % positive < 0 ? 1 : 0));
-    }
+    static std::int64_t floored(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 };
 
 /// Position of a chart on a sheet.
@@ -21612,11 +21656,18 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         if (std::none_of(shape.pixels.begin(), shape.pixels.end(), [&](std::int32_t pixel) { return known[pixel] != 0; }))
             continue;
         sheet_placement& place = layout.placements[c];
-        place.photo_x = layout.across.first_at(shape.x - options.padding);
-        place.photo_y = layout.down.first_at(shape.y - options.padding);
-        const auto blocks_to = [&](std::int32_t length) { return (length + macroblock_side - 1) / macroblock_side; };
-        blocks.push_back({blocks_to(layout.across.last_at(shape.x + shape.width + options.padding) - place.photo_x),
-                          blocks_to(layout.down.last_at(shape.y + shape.height + options.padding) - place.photo_y)});
+        const auto reach = [&](const sheet_scale& scale, std::int64_t at, std::int64_t length, std::int32_t& photo_at) {
+            const std::int64_t first = scale.first_at(at - options.padding), last = scale.last_at(at + length + options.padding);
+            constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
+            if (first < -limit || last > limit || last - first > options.max_side)
+                raise(error_code::too_large, "lay_out_sheets",
+                      "charts of at most " + std::to_string(options.max_side) + " photo pixels per side",
+                      std::to_string(last - first));
+            photo_at = static_cast<std::int32_t>(first);
+            return static_cast<std::int32_t>((last - first + macroblock_side - 1) / macroblock_side);
+        };
+        const std::int32_t across = reach(layout.across, shape.x, shape.width, place.photo_x);
+        blocks.push_back({across, reach(layout.down, shape.y, shape.height, place.photo_y)});
         enlarged.push_back(c);
     }
     const sheet_packing packed = pack_on_sheets(blocks, options.max_side / macroblock_side);
@@ -24620,8 +24671,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// atlas   texture atlas of these charts
 ///
 /// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if inputs don't fit together, or if there are
-/// charts and the atlas has no pixels; invalid_data for disparities that are not finite; and too_large for a chart with a
-/// bounding box above max_chart_box.
+/// charts and the atlas has no pixels, or a chart lies outside the atlas; invalid_data for disparities that are not finite; and
+/// too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
@@ -24640,8 +24691,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     if (!detail::is_positive(facts.camera.focal_length))
         raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
               detail::to_text(facts.camera.focal_length));
-    if (!charts.charts.empty() && (atlas.color.empty() || atlas.filter_padding < 0))
-        raise(error_code::mismatch, "build_mesh", "an atlas with pixels and a padding of at least 0",
+    if (!charts.charts.empty() && (atlas.color.empty() || atlas.filter_padding < 0 || atlas.filter_padding > max_filter_padding))
+        raise(error_code::mismatch, "build_mesh",
+              "an atlas with pixels and a padding of 0 to " + std::to_string(max_filter_padding),
               detail::shape_text(atlas.color) + " with a padding of " + std::to_string(atlas.filter_padding));
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
@@ -24649,7 +24701,18 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             error_code::invalid_option, "soft_edge_options",
             "widths from 0 to 64 with min_width <= max_width, and a max_share of at least 0",
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
+    if (!(facts.motion >= 0 && std::isfinite(facts.motion) && facts.surface.max_step >= 0))
+        raise(error_code::invalid_option, "photo_facts", "a finite motion and a max_step, both at least 0",
+              detail::to_text(facts.motion) + " and " + detail::to_text(facts.surface.max_step));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
+    for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
+        const chart& shape = charts.charts[c];
+        const std::int64_t right = std::int64_t{placements[c].x} + shape.width,
+                           bottom = std::int64_t{placements[c].y} + shape.height;
+        if (placements[c].x < 0 || placements[c].y < 0 || right > static_cast<std::int64_t>(atlas.color.width()) ||
+            bottom > static_cast<std::int64_t>(atlas.color.height()))
+            raise(error_code::mismatch, "build_mesh", "charts inside the atlas", "chart " + std::to_string(c) + " outside");
+    }
 
     const detail::visible_surfaces seen = detail::find_visible(layers);
     const auto disparity = layers.template column<disparity_column>();
@@ -25949,7 +26012,11 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
 /// end, and 0 in holes.
 ///
 /// depth  H x W x 1, infinity in holes
+///
+/// Raises mismatch for another number of channels.
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
+    if (!depth.empty() && depth.channels() != 1)
+        raise(error_code::mismatch, "disparity_map", "depth H x W x 1", detail::shape_text(depth));
     image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
     std::transform(depth.begin(), depth.end(), result.begin(), [&](float z) {

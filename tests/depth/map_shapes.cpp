@@ -5,6 +5,7 @@
 #include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/network_decider.hpp>
+#include <ldi/depth/resample.hpp>
 #include <ldi/depth/sharpen_edges.hpp>
 #include <ldi/depth/step_band.hpp>
 #include <ldi/depth/weighted_median.hpp>
@@ -12,8 +13,10 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <utility>
@@ -33,6 +36,28 @@ TEST_CASE("every stage that reads a depth map refuses maps that do not have exac
     refuses("weighted_median", [](ldi::image<float>& map) { ldi::weighted_median(map); });
     refuses("merge_middle_components", [](ldi::image<float>& map) { ldi::merge_middle_components(map); });
     refuses("find_step_band", [](ldi::image<float>& map) { ldi::find_step_band(map); });
+}
+
+TEST_CASE("stages that need finite disparities refuse infinity and NaN anywhere in the map") {
+    const ldi::image<std::uint8_t> photo(24, 32, 3, std::uint8_t{90});
+    for (const float wrong : {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(), std::nanf("")})
+        for (const std::size_t at : {0U, 100U, 191U}) {
+            ldi::image<float> map(12, 16, 1, 0.5F);
+            map.data()[at] = wrong;
+            const auto refuses = [&](auto&& run) {
+                CHECK(ldi::testing::raised([&] { run(); }) == ldi::error_code::invalid_data);
+            };
+            refuses([&] { ldi::level_dips(map); });
+            refuses([&] { ldi::sharpen_edges(map); });
+            refuses([&] { ldi::weighted_median(map); });
+            refuses([&] { ldi::find_step_band(map); });
+            refuses([&] { ldi::resample_to_photo(map, photo); });
+            refuses([&] { ldi::align_silhouettes(map, ldi::image<std::uint8_t>(12, 16, 3)); });
+        }
+    for (const ldi::step_band_options& wrong :
+         {ldi::step_band_options{-1.0F, 0.1F}, {0.1F, -1.0F}, {0.1F, 0.0F}, {std::nanf(""), 0.1F}})
+        CHECK(ldi::testing::raised([&] { ldi::find_step_band(ldi::image<float>(12, 16), wrong); }) ==
+              ldi::error_code::invalid_option);
 }
 
 TEST_CASE("stages that number pixels with 32 bits refuse 2^31 pixels before they read one") {

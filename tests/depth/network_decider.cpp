@@ -191,6 +191,8 @@ TEST_CASE("alignment accepts every valid uncertainty for coarse maps, and refuse
         for (const float uncertainty : {-1.0F, 256.5F, std::nanf("")})
             CHECK(result_with(uncertainty, sample_size) == error_code::invalid_option);
     }
+    for (const float sample_size : {0.0F, 0.5F, 16.5F, INFINITY, std::nanf("")})
+        CHECK(result_with(16.0F, sample_size) == error_code::invalid_option);
 }
 
 TEST_CASE("if the depth map has the photo's resolution, the decider aligns silhouettes and does not run the network") {

@@ -196,7 +196,9 @@ TEST_CASE("a camera of the wrong size and a wrong number of placements are refus
     REQUIRE_THROWS_AS(build(), ldi::error);
 }
 
-TEST_CASE("a camera without focal length, distances out of order, and an atlas without pixels are refused") {
+TEST_CASE(
+    "invalid cameras, distances, motions and thresholds are refused, and so are an atlas without pixels and a chart outside the "
+    "atlas") {
     const charted_graph c = ldi::testing::random_charts(3, 20);
     const ldi::photo_facts right{camera_of(c), range, {}};
     const ldi::texture_atlas right_atlas = atlas_of(random_placements(c, 3));
@@ -216,9 +218,33 @@ TEST_CASE("a camera without focal length, distances out of order, and an atlas w
         facts.range = r;
         CHECK(result_of(facts, right_atlas) == ldi::error_code::invalid_option);
     }
+    for (const float wrong : {-0.1F, infinite, nan}) {
+        ldi::photo_facts facts = right;
+        facts.motion = wrong;
+        CHECK(result_of(facts, right_atlas) == ldi::error_code::invalid_option);
+    }
+    for (const float wrong : {-1.0F, nan}) {
+        ldi::photo_facts facts = right;
+        facts.surface.max_step = wrong;
+        CHECK(result_of(facts, right_atlas) == ldi::error_code::invalid_option);
+    }
     ldi::texture_atlas empty = right_atlas;
     empty.color = {};
     CHECK(result_of(right, empty) == ldi::error_code::mismatch);
+    for (const std::int32_t padding : {-1, 1025, 1 << 25}) {
+        ldi::texture_atlas thick = right_atlas;
+        thick.filter_padding = padding;
+        CHECK(result_of(right, thick) == ldi::error_code::mismatch);
+    }
+    for (const ldi::chart_placement& outside : {ldi::chart_placement{-1, 0},
+                                                {0, -1},
+                                                {atlas_width, 0},
+                                                {0, atlas_height},
+                                                {std::numeric_limits<std::int32_t>::min(), 0}}) {
+        ldi::texture_atlas torn = right_atlas;
+        torn.placements[0] = outside;
+        CHECK(result_of(right, torn) == ldi::error_code::mismatch);
+    }
 
     ldi::photo_facts flat = right;
     flat.range = {2.0F, 2.0F};
@@ -233,7 +259,11 @@ TEST_CASE("a chart whose bounding box has a side above 8192 is refused") {
         c.charts.charts.push_back({0, 0, width, 1, {}});
         for (std::int32_t i = 0; i < width; ++i) c.charts.charts.front().pixels.push_back(i);
         c.disparity.assign(c.topology.size(), 0.5F);
-        const std::optional<ldi::error_code> code = ldi::testing::raised([&] { mesh_of(c, {{0, 0}}, small_options()); });
+        ldi::texture_atlas atlas = atlas_of({{0, 0}});
+        atlas.color = ldi::image<std::uint8_t>(16, static_cast<std::size_t>(width), 3);
+        const std::optional<ldi::error_code> code = ldi::testing::raised([&] {
+            ldi::build_mesh(layers_of(c), ldi::photo_facts{camera_of(c), range, {}}, c.charts, atlas, small_options());
+        });
         CHECK(code == (width > 8192 ? std::optional(ldi::error_code::too_large) : std::nullopt));
     }
 }

@@ -58,6 +58,13 @@ TEST_CASE("disparities that are not between 0 and 1, up to rounding, are refused
         CHECK_THROWS_AS(ldi::lift(photo, disparity), ldi::error);
     }
     CHECK_NOTHROW(ldi::lift(photo, ldi::image<float>(4, 5, 1, std::nextafter(1.0F, 2.0F))));
+    ldi::image<float> step(1, 2, 1, 0.5F);
+    step(0, 1) = 1.000009F;
+    ldi::photo_facts facts;
+    facts.surface.max_step = 0.5F;
+    const auto layer = ldi::lift(ldi::image<std::uint8_t>(1, 2, 3), step, facts);
+    CHECK(layer.column<ldi::disparity_column>()[1] == 1.0F);
+    CHECK(layer.topology().right()[0] == 1);  // neighbors are linked by the clamped disparities
 }
 
 TEST_CASE("a 16-bit photo is linked like the same 8-bit photo and keeps its full color values") {

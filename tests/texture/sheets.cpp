@@ -79,9 +79,10 @@ void for_each_texel(const sheet_scene& s, Visit&& visit) {
     const graph& g = s.layers.topology();
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (s.layout.placements[s.charts.chart_of[i]].sheet == 0) continue;
-        for (std::int32_t y = s.layout.down.first_at(g.y()[i]); y < s.layout.down.last_at(g.y()[i] + 1); ++y)
-            for (std::int32_t x = s.layout.across.first_at(g.x()[i]); x < s.layout.across.last_at(g.x()[i] + 1); ++x)
-                if (s.layout.across.pixel_of(x) == g.x()[i] && s.layout.down.pixel_of(y) == g.y()[i]) visit(i, x, y);
+        for (std::int64_t y = s.layout.down.first_at(g.y()[i]); y < s.layout.down.last_at(g.y()[i] + 1); ++y)
+            for (std::int64_t x = s.layout.across.first_at(g.x()[i]); x < s.layout.across.last_at(g.x()[i] + 1); ++x)
+                if (s.layout.across.pixel_of(x) == g.x()[i] && s.layout.down.pixel_of(y) == g.y()[i])
+                    visit(i, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
     }
 }
 

@@ -249,6 +249,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
                             const alignment_options& options) {
     check_map_and_photo(disparity, photo, "align_silhouettes");
     check_pixel_count(disparity, "align_silhouettes");
+    check_finite(disparity, "align_silhouettes");
     if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
         raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
               detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
@@ -261,10 +262,11 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises mismatch unless the images have these shapes, too_large for 2^31 pixels or more, and invalid_option if the uncertainty
-/// is not in [0, 256] or the stiffness is below 0. Time is linear in the number of pixels and in the total length of all curves
-/// times the uncertainty. Memory is 10 bytes per pixel, and 8 for each pixel that a curve passes over. In addition, each thread
-/// needs 26 * uncertainty bytes for each pixel side of the longest curve.
+/// Raises mismatch unless the images have these shapes, invalid_data for disparities that are not finite, too_large for 2^31
+/// pixels or more, and invalid_option if the uncertainty is not in [0, 256] or the stiffness is below 0. Time is linear in the
+/// number of pixels and in the total length of all curves times the uncertainty. Memory is 10 bytes per pixel, and 8 for each
+/// pixel that a curve passes over. In addition, each thread needs 26 * uncertainty bytes for each pixel side of the longest
+/// curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {

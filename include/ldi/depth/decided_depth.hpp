@@ -7,6 +7,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -41,6 +42,7 @@ struct aligned_silhouettes {
 
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
+        detail::check_sample_size(depth.sample_size);
         alignment_options scaled = options;
         constexpr float farthest = 256.0F;  // align_silhouettes() accepts no larger value
         if (options.uncertainty <= farthest) scaled.uncertainty = (std::min)(options.uncertainty * depth.sample_size, farthest);

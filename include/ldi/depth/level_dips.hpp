@@ -76,10 +76,12 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises mismatch for another number of channels, and invalid_option if the radius is not in [0, 64], or max_depth not in
-/// [0, 1]. Time is proportional to the number of samples times the radius. Memory is 16 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_data for values that are not finite, and invalid_option if the radius
+/// is not in [0, 64], or max_depth not in [0, 1]. Time is proportional to the number of samples times the radius. Memory is 16
+/// bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     detail::check_map(disparity, "level_dips");
+    detail::check_finite(disparity, "level_dips");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "level_options::radius", "0 to 64", std::to_string(options.radius));
     if (!(options.max_depth >= 0.0F && options.max_depth <= 1.0F))

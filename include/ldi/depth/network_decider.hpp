@@ -42,6 +42,7 @@ public:
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
         detail::check_map_and_photo(depth.disparity, depth.photo, "network_decider");
+        detail::check_sample_size(depth.sample_size);
         if (depth.estimated.empty() || depth.estimated.channels() != 1)
             raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with pixels",
                   detail::shape_text(depth.estimated));

@@ -11,6 +11,7 @@
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
+#include <ldi/depth/detail/check_map.hpp>
 
 #include <algorithm>
 #include <array>
@@ -275,7 +276,8 @@ private:
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
 /// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
 /// If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty images or
-/// wrong numbers of channels, invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
+/// wrong numbers of channels, invalid_data for disparities that are not finite, invalid_option if a sigma is not above 0. Linear
+/// time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -284,6 +286,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (disparity.empty() || photo.empty() || disparity.channels() != 1 || photo.channels() != 3)
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               detail::shape_text(disparity) + " and " + detail::shape_text(photo));
+    detail::check_finite(disparity, "resample");
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               detail::to_text(options.spatial_sigma) + " and " + detail::to_text(options.color_sigma));

@@ -135,12 +135,13 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 /// surface    rule that decides whether neighboring samples belong to one surface
 ///
-/// Raises mismatch for another number of channels, invalid_option if the radius is below 0 or above 64. Time is proportional to
-/// the number of samples times the radius. Memory is 40 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option if the radius is
+/// below 0 or above 64. Time is proportional to the number of samples times the radius. Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
     detail::check_map(disparity, "sharpen_edges");
+    detail::check_finite(disparity, "sharpen_edges");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "sharpen_options::radius", "0 to 64", std::to_string(options.radius));
     image<float> map(disparity);

@@ -60,7 +60,8 @@ struct step_band {
 /// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
 /// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
 /// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region. Raises mismatch for another number of
-/// channels, too_large for 2^31 pixels or more.
+/// channels, invalid_data for values that are not finite, invalid_option for a max_step below 0 or a min_step of 0 or less,
+/// too_large for 2^31 pixels or more.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -232,7 +233,11 @@ private:
 
 inline step_band find_step_band(image_view<const float> disparity, const step_band_options& options) {
     detail::check_map(disparity, "find_step_band");
+    if (!(options.max_step >= 0 && options.min_step > 0))
+        raise(error_code::invalid_option, "step_band_options", "a max_step of at least 0 and a min_step above 0",
+              detail::to_text(options.max_step) + " and " + detail::to_text(options.min_step));
     detail::check_pixel_count(disparity, "find_step_band");
+    detail::check_finite(disparity, "find_step_band");
     return detail::step_band_finder(disparity, options).run();
 }
 

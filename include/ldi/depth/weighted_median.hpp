@@ -223,13 +223,14 @@ private:
 /// disparity  H x W x 1, finite
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
-/// its value if all weights are zero. Raises mismatch for another number of channels, invalid_option if sigma is not above 0.
-/// Linear time; 9 bytes per pixel.
+/// its value if all weights are zero. Raises mismatch for another number of channels, invalid_data for values that are not
+/// finite, invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
     using namespace detail::median;
     detail::check_map(disparity, "weighted_median");
+    detail::check_finite(disparity, "weighted_median");
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", detail::to_text(options.sigma));
     const std::size_t rows = disparity.height(), columns = disparity.width();

@@ -138,7 +138,8 @@ void try_depth(photo_with_depth& result, const std::string& where, Read&& read) 
         if (std::none_of(map.begin(), map.end(), is_valid))
             raise(error_code::invalid_data, where, "at least one valid depth", "none");
     } catch (const error& e) {
-        if (e.code() == error_code::out_of_memory || e.code() == error_code::unavailable) throw;  // the same call may succeed later
+        if (e.code() == error_code::out_of_memory || e.code() == error_code::unavailable)
+            throw;  // the same call may succeed later
         result.depth.reset();
         result.refused = e.what();
     }

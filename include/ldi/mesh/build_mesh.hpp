@@ -20,6 +20,7 @@
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 
@@ -37,8 +38,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// atlas   texture atlas of these charts
 ///
 /// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if inputs don't fit together, or if there are
-/// charts and the atlas has no pixels; invalid_data for disparities that are not finite; and too_large for a chart with a
-/// bounding box above max_chart_box.
+/// charts and the atlas has no pixels, or a chart lies outside the atlas; invalid_data for disparities that are not finite; and
+/// too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
@@ -57,8 +58,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     if (!detail::is_positive(facts.camera.focal_length))
         raise(error_code::invalid_option, "photo_facts::camera", "a positive, finite focal length",
               detail::to_text(facts.camera.focal_length));
-    if (!charts.charts.empty() && (atlas.color.empty() || atlas.filter_padding < 0))
-        raise(error_code::mismatch, "build_mesh", "an atlas with pixels and a padding of at least 0",
+    if (!charts.charts.empty() && (atlas.color.empty() || atlas.filter_padding < 0 || atlas.filter_padding > max_filter_padding))
+        raise(error_code::mismatch, "build_mesh",
+              "an atlas with pixels and a padding of 0 to " + std::to_string(max_filter_padding),
               detail::shape_text(atlas.color) + " with a padding of " + std::to_string(atlas.filter_padding));
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
@@ -66,7 +68,18 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             error_code::invalid_option, "soft_edge_options",
             "widths from 0 to 64 with min_width <= max_width, and a max_share of at least 0",
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
+    if (!(facts.motion >= 0 && std::isfinite(facts.motion) && facts.surface.max_step >= 0))
+        raise(error_code::invalid_option, "photo_facts", "a finite motion and a max_step, both at least 0",
+              detail::to_text(facts.motion) + " and " + detail::to_text(facts.surface.max_step));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
+    for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
+        const chart& shape = charts.charts[c];
+        const std::int64_t right = std::int64_t{placements[c].x} + shape.width,
+                           bottom = std::int64_t{placements[c].y} + shape.height;
+        if (placements[c].x < 0 || placements[c].y < 0 || right > static_cast<std::int64_t>(atlas.color.width()) ||
+            bottom > static_cast<std::int64_t>(atlas.color.height()))
+            raise(error_code::mismatch, "build_mesh", "charts inside the atlas", "chart " + std::to_string(c) + " outside");
+    }
 
     const detail::visible_surfaces seen = detail::find_visible(layers);
     const auto disparity = layers.template column<disparity_column>();

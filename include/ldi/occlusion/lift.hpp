@@ -87,8 +87,9 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     for (std::size_t y = 0; y < rows; ++y) colors.append(color.row(y), color.row(y) + 3 * columns);
     buffer<float> disparities = checked_disparity(disparity);
     graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
+    const image_view<const float> checked(disparities.data(), rows, columns, 1);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), facts.surface, g);
+        for (std::size_t y = first; y < last; ++y) place_row(checked, static_cast<std::int32_t>(y), facts.surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
     using layers = layered_image<Color, disparity_column, known_column, matte_column>;

@@ -75,7 +75,11 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
 /// end, and 0 in holes.
 ///
 /// depth  H x W x 1, infinity in holes
+///
+/// Raises mismatch for another number of channels.
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
+    if (!depth.empty() && depth.channels() != 1)
+        raise(error_code::mismatch, "disparity_map", "depth H x W x 1", detail::shape_text(depth));
     image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
     std::transform(depth.begin(), depth.end(), result.begin(), [&](float z) {

@@ -146,6 +146,10 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         detail::check_rectangle(s, max_side, "pack");
         largest = {(std::max)(largest.width, s.width), (std::max)(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
+        if (area > std::int64_t{max_side} * max_side)
+            raise(error_code::too_large, "pack",
+                  "rectangles that fit on a sheet of " + std::to_string(max_side) + " x " + std::to_string(max_side),
+                  "a larger area");
     }
     const buffer<std::size_t> order = detail::packing_order(sizes);
 

@@ -11,8 +11,10 @@
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/validate.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -51,12 +53,15 @@ struct padding_options {
 /// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
+    /// g        graph of the layers; the views and references must outlive this object
+    /// colors   K x 3
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color    the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
     ///
-    /// Raises mismatch if sizes do not fit together.
-    chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+    /// Raises mismatch if sizes do not fit together or an invariant of the graph does not hold.
+    template <std::convertible_to<graph_view> Graph>
+    chart_padder(const Graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
           colors_(colors.data()),
@@ -68,6 +73,7 @@ public:
         if (colors.size() != 3 * g.size() || kind_of.size() != g.size() || color.channels() != 3 || kind.channels() != 1 ||
             color.height() != kind.height() || color.width() != kind.width())
             raise(error_code::mismatch, "chart_padder", "a color and a kind for each pixel, and an atlas of both", "other sizes");
+        check_topology(g, "chart_padder");
     }
 
     /// Draws and pads a chart.

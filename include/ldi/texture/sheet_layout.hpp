@@ -36,16 +36,16 @@ struct sheet_scale {
         return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
     }
     /// Returns the pixel of the layered image that contains the center of a photo pixel. It may lie outside the layered image.
-    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo) + margin; }
+    std::int32_t pixel_of(std::int64_t photo_pixel) const {
+        return static_cast<std::int32_t>(floored((2 * photo_pixel + 1) * layers, 2 * photo)) + margin;
+    }
     /// Returns the last photo pixel that starts at or before the start of a pixel of the layered image.
-    std::int32_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
+    std::int64_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
     /// Returns the first photo pixel that starts at or after the start of a pixel of the layered image.
-    std::int32_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
+    std::int64_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
 
 private:
-    static std::int32_t floored(std::int64_t a, std::int64_t positive) {
-        return static_cast<std::int32_t>(a / positive - (a % positive < 0 ? 1 : 0));
-    }
+    static std::int64_t floored(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 };
 
 /// Position of a chart on a sheet.

@@ -29,6 +29,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -135,11 +136,18 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         if (std::none_of(shape.pixels.begin(), shape.pixels.end(), [&](std::int32_t pixel) { return known[pixel] != 0; }))
             continue;
         sheet_placement& place = layout.placements[c];
-        place.photo_x = layout.across.first_at(shape.x - options.padding);
-        place.photo_y = layout.down.first_at(shape.y - options.padding);
-        const auto blocks_to = [&](std::int32_t length) { return (length + macroblock_side - 1) / macroblock_side; };
-        blocks.push_back({blocks_to(layout.across.last_at(shape.x + shape.width + options.padding) - place.photo_x),
-                          blocks_to(layout.down.last_at(shape.y + shape.height + options.padding) - place.photo_y)});
+        const auto reach = [&](const sheet_scale& scale, std::int64_t at, std::int64_t length, std::int32_t& photo_at) {
+            const std::int64_t first = scale.first_at(at - options.padding), last = scale.last_at(at + length + options.padding);
+            constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
+            if (first < -limit || last > limit || last - first > options.max_side)
+                raise(error_code::too_large, "lay_out_sheets",
+                      "charts of at most " + std::to_string(options.max_side) + " photo pixels per side",
+                      std::to_string(last - first));
+            photo_at = static_cast<std::int32_t>(first);
+            return static_cast<std::int32_t>((last - first + macroblock_side - 1) / macroblock_side);
+        };
+        const std::int32_t across = reach(layout.across, shape.x, shape.width, place.photo_x);
+        blocks.push_back({across, reach(layout.down, shape.y, shape.height, place.photo_y)});
         enlarged.push_back(c);
     }
     const sheet_packing packed = pack_on_sheets(blocks, options.max_side / macroblock_side);

@@ -6,6 +6,7 @@
 #include <ldi/core/image.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -19,6 +20,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 inline void check_map(image_view<const float> map, const char* where) {
     if (map.height() > 0 && map.width() > 0 && map.channels() != 1)
         raise(error_code::mismatch, where, "a map H x W x 1", shape_text(map));
+}
+
+/// Raises invalid_data for a value that is not finite.
+inline void check_finite(image_view<const float> map, const char* where) {
+    for (std::size_t y = 0; y < map.height(); ++y) {
+        const float* const row = map.row(y);
+        bool is_finite = true;
+        for (std::size_t x = 0; x < map.width() * map.channels(); ++x)
+            is_finite &= std::abs(row[x]) <= (std::numeric_limits<float>::max)();
+        if (!is_finite) raise(error_code::invalid_data, where, "finite values", "infinity or NaN in row " + std::to_string(y));
+    }
+}
+
+/// Raises invalid_option unless the side length of a depth sample, in photo pixels, is 1 to 16.
+inline void check_sample_size(float size) {
+    if (!(size >= 1 && size <= 16)) raise(error_code::invalid_option, "undecided_depth::sample_size", "1 to 16", to_text(size));
 }
 
 /// Raises too_large for a map with 2^31 pixels or more, whose pixels have no index in 32 bits.

@@ -138,7 +138,7 @@ public:
     // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo or the band.
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         if (offset < -2 * radius_ || offset >= 2 * radius_) return nullptr;
-        const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+        const std::int32_t i = pixels_[index(k, offset)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
     }
 
@@ -151,9 +151,11 @@ private:
 
     static std::int32_t nearest_int(std::size_t n) { return static_cast<std::int32_t>(n); }
     float at(std::int32_t i) const { return disparity_.row(i / width_)[i % width_]; }
-    std::int32_t& pixel(std::int32_t k, std::int32_t offset) {
-        return pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+    std::size_t index(std::int32_t k, std::int32_t offset) const {
+        return 4 * static_cast<std::size_t>(k) * static_cast<std::size_t>(radius_) +
+               static_cast<std::size_t>(offset + 2 * radius_);
     }
+    std::int32_t& pixel(std::int32_t k, std::int32_t offset) { return pixels_[index(k, offset)]; }
     std::int32_t pixel_at(point from, point across, float distance) const {
         const float x = std::floor(from.x + distance * across.x), y = std::floor(from.y + distance * across.y);
         if (!(x >= 0.0F && y >= 0.0F && x < nearest_float(photo_.width()) && y < nearest_float(photo_.height()))) return no_pixel;

@@ -208,7 +208,9 @@ private:
             own.resize(bytes_of(planned, strips), unset);
             memory = own;
         }
-        LDI_ASSERT(memory.size() >= bytes_of(planned, strips));
+        if (memory.size() < bytes_of(planned, strips))
+            raise(error_code::mismatch, "quantized_network", "memory of " + std::to_string(bytes_of(planned, strips)) + " bytes",
+                  std::to_string(memory.size()));
         const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;
         std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (buffer_alignment - misaligned);
 
