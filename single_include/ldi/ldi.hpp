@@ -20931,9 +20931,10 @@ public:
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
     ///
     /// Raises mismatch if sizes do not fit together or an invariant of the graph does not hold.
-    template <std::convertible_to<graph_view> Graph>
-    chart_padder(const Graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
-                 image<std::uint8_t>& color, image<texel_kind>& kind)
+    template <class Graph>
+    requires std::constructible_from<graph_view, const Graph&> chart_padder(const Graph& g, std::span<const std::uint8_t> colors,
+                                                                            std::span<const texel_kind> kind_of,
+                                                                            image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
           colors_(colors.data()),
           kind_of_(kind_of.data()),

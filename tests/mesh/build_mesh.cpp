@@ -280,6 +280,9 @@ TEST_CASE("stages from charts to the mesh refuse a broken view") {
     const ldi::texture_atlas atlas = ldi::make_atlas(layers_on(sound), charts);
     const ldi::photo_facts facts{{8, 8, 30.0F}, range, {}};
     const ldi::textured_mesh mesh = ldi::build_mesh(layers_on(sound), facts, charts, atlas);
+    const ldi::buffer<ldi::texel_kind> kinds(sound.size(), ldi::texel_kind::photo);
+    ldi::image<std::uint8_t> texels(32, 32, 3);
+    ldi::image<ldi::texel_kind> texel_kinds(32, 32, 1);
     ldi::testing::for_broken_views([&](const ldi::graph_view& view) {
         const auto layers = layers_on(view);
         const auto refuses = [](const char* stage, auto&& call) {
@@ -290,6 +293,7 @@ TEST_CASE("stages from charts to the mesh refuse a broken view") {
         refuses("trace_outlines", [&] { ldi::trace_outlines(view, disparity, charts); });
         refuses("make_studs", [&] { ldi::make_studs(layers, range, charts, outlines); });
         refuses("make_atlas", [&] { ldi::make_atlas(layers, charts); });
+        refuses("chart_padder", [&] { ldi::chart_padder(view, color, kinds, texels, texel_kinds); });
         refuses("build_mesh", [&] { ldi::build_mesh(layers, facts, charts, atlas); });
         refuses("gather", [&] { ldi::gather<ldi::disparity_column>(mesh, layers, facts.camera); });
     });
