@@ -35,8 +35,9 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
     const nlohmann::json value = parse_json(line, where);
     photo_files names;
     const auto read = [&](std::filesystem::path& name, const nlohmann::json& text, const std::string& key) {
-        const auto is_name = [](const std::string& name) {
-            return !name.empty() && name != "-" && name.find('\0') == std::string::npos;  // the system would end the name there
+        const auto is_name = [](const std::string& given) {
+            return !given.empty() && given != "-" &&
+                   given.find('\0') == std::string::npos;  // the system would end the name there
         };
         if (!text.is_string() || !is_name(text.get_ref<const std::string&>()))
             raise(error_code::invalid_data, where, "the name of a file for \"" + key + "\"",
