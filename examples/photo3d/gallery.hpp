@@ -51,7 +51,7 @@ public:
             raise(error_code::invalid_option, "--gallery", "a name for the GLB file of each photo", "none (use -o or --html)");
         std::string name;  // differs for every GLB file
         for (const char c : seen(std::filesystem::path(names.glb).replace_extension()))
-            name += c == '/' ? "%2F" : c == '%' ? "%25" : std::string(1, c);
+            name += c == '/' ? "_-" : c == '_' ? "__" : std::string(1, c);
         names.poster = posters_ / (name + ".jpg");
     }
 

@@ -417,14 +417,20 @@ def galleries():
         arguments = ["photos", "-o", "out", "--gallery", "pages/all.html", "--formats", "png"]
         os.mkdir(f / "pages")
         lines = f.batch(*arguments, code=NEVER)
-        check("posters are among the outputs", lines["photos/a.png"]["outputs"] == ["out/a.glb", "pages/all_posters/..__out__a.jpg"], lines)
+        check("posters are among the outputs", lines["photos/a.png"]["outputs"] == ["out/a.glb", "pages/all_posters/.._-out_-a.jpg"], lines)
         page = f.read("pages/all.html").decode()
         check("the page of the gallery surrounds the list of photos", page.startswith("before<script id=\"photos\"") and page.endswith("</script>after") and page.count("</script>") == 1, page)
         entries = json.loads(page[page.index(">") + 1 : page.rindex("</script>")])
-        check("an entry of a photo in the gallery", entries[0] == {"title": "a.png", "src": "../out/a.glb", "poster": "all_posters/..__out__a.jpg"}, entries)
+        check("an entry of a photo in the gallery", entries[0] == {"title": "a.png", "src": "../out/a.glb", "poster": "all_posters/.._-out_-a.jpg"}, entries)
         check("an entry of a failure in the gallery", entries[2]["title"] == "c.png" and "error" in entries[2] and len(entries) == 3, entries)
         f.batch(*arguments, "--skip-existing", code=NEVER)
         check("a second run skips existing photos and still lists them", "0 converted, 2 skipped" in f.said and f.read("pages/all.html").decode() == page, f.said)
+        names = ["g/a/b.glb", "g/a__b.glb", "g/a_-b.glb", "g/a_/b.glb"]
+        for name in ("g/a", "g/a_"):
+            os.makedirs(f / name)
+        f.write("list.jsonl", "\n".join(json.dumps({"photo": "photos/a.png", "depth": "depth/a.png", "output": name}) for name in names).encode())
+        result = f.run("--batch", "list.jsonl", "--gallery", "g/all.html")
+        check("each photo of a gallery has its own small picture", result.returncode == DONE and len(f.list("g/all_posters")) == len(names), result.stdout)
         f.write("gallery.html", b"another version")
         result = f.run("--batch", "photos", "--depth", "depth", "-o", "other", "--gallery", "pages/other.html")
         check("a gallery of another version", result.returncode == NEVER and b"gallery.html" in result.stderr, result.stderr)
