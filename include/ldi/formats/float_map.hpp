@@ -4,6 +4,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/picture_header.hpp>
 
