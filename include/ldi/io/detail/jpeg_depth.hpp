@@ -7,6 +7,7 @@
 // The XMP, never the position, distinguishes depth from other appended pictures (gain maps, second views, videos).
 #pragma once
 
+#include <ldi/base/printable.hpp>
 #include <ldi/io/detail/stored_depth.hpp>
 #include <ldi/io/detail/tiff_directory.hpp>
 #include <ldi/io/detail/xmp.hpp>
