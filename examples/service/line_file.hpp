@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,11 +30,13 @@ namespace ldi::examples {
 /// A file to which documents are appended, one per line. Knows the identifiers of all documents in it.
 class line_file {
 public:
-    /// Opens the file. Raises invalid_data, and leaves the file as it is, if another program wrote it. Raises file_access,
-    /// unavailable.
+    /// Opens and locks the file. Raises invalid_option if it is in use. Raises invalid_data, and leaves the file as it is, if
+    /// another program wrote it. Raises file_access, unavailable.
     explicit line_file(const std::filesystem::path& path)
-        : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
-        if (file_ < 0) fail();
+        : path_(path), file_{::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)} {
+        if (file_.number < 0) fail();
+        if (::flock(file_.number, LOCK_EX | LOCK_NB) != 0)  // two processes would remove each other's lines
+            raise(error_code::invalid_option, path.string(), "a file that nothing else writes", "a file in use");
         std::ifstream written(path);
         bool has_end = true;
         for (line_reader lines(written); has_end && lines.next();) {
@@ -49,9 +52,8 @@ public:
             }
         }
         // Removes an incomplete last line, which a process was killed while writing: its message was not acknowledged.
-        if (ftruncate(file_, saved_) != 0) fail();
+        if (ftruncate(file_.number, saved_) != 0) fail();
     }
-    ~line_file() { ::close(file_); }
     line_file(const line_file&) = delete;
     line_file& operator=(const line_file&) = delete;
 
@@ -65,9 +67,9 @@ public:
     /// Writes all added lines to disk. If that fails, none of them is in the file, and the next call tries again.
     void save() {
         if (text_.empty()) return;
-        if (!append(text_) || fdatasync(file_) != 0) {
+        if (!append(text_) || fdatasync(file_.number) != 0) {
             const int why = errno;
-            if (ftruncate(file_, saved_) != 0) fail();
+            if (ftruncate(file_.number, saved_) != 0) fail();
             fail(why);
         }
         saved_ += static_cast<off_t>(text_.size());
@@ -79,7 +81,7 @@ public:
 private:
     bool append(std::string_view rest) {
         while (!rest.empty()) {
-            const ssize_t written = ::write(file_, rest.data(), rest.size());
+            const ssize_t written = ::write(file_.number, rest.data(), rest.size());
             if (written < 0 && errno != EINTR) return false;
             rest.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
         }
@@ -90,7 +92,13 @@ private:
     [[noreturn]] void fail() const { fail(errno); }
 
     std::filesystem::path path_;
-    int file_;
+    struct descriptor {
+        int number;
+        ~descriptor() {
+            if (number >= 0) ::close(number);
+        }
+    };
+    descriptor file_;
     off_t saved_ = 0;  ///< bytes of the lines that are on disk
     std::unordered_set<std::string> ids_;
     std::string text_;

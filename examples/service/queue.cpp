@@ -3,7 +3,6 @@
 // when its job is submitted again, has a line in both files.
 
 #include "../photo3d/batch_log.hpp"
-#include "../photo3d/file_system.hpp"
 #include "../photo3d/line_reader.hpp"
 #include "../photo3d/messages.hpp"
 #include "../photo3d/option_checks.hpp"
@@ -136,8 +135,6 @@ void for_each_document(const delivery& message, Take take) {
 class collector {
 public:
     explicit collector(const queue_options& options) : options_(options), results_(options.results), dead_(options.dead) {
-        if (file_identity(options.results) == file_identity(options.dead))
-            raise(error_code::invalid_option, "--dead", "another file than --results", options.dead.string());
         for (const std::string& id : results_.ids()) recovered_ += dead_.ids().count(id);
     }
 

@@ -162,6 +162,11 @@ TEST_CASE("TIFF photos of 8 and 16 bits are decoded exactly, in all orientations
     }
     CHECK(raised([&] { decode_photo(tiff_file(small_picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) ==
           error_code::too_large);
+    const auto result_with = [&](std::uint64_t samples) {
+        return raised([&] { decode_photo(tiff_file(small_picture), {.limits = {.max_scanned_samples = samples}}); });
+    };
+    CHECK_FALSE(result_with(34 * 50 * 3));
+    CHECK(result_with(34 * 50 * 3 - 1) == error_code::too_large);
     const byte_string raw = tiff_file(small_picture, {.subfile_type = FILETYPE_REDUCEDIMAGE});
     CHECK(raised([&] { decode_photo(raw); }) == error_code::unsupported);
     CHECK_THAT(message_of([&] { decode_photo(raw); }), Catch::Contains("raw"));

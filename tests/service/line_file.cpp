@@ -82,6 +82,16 @@ TEST_CASE("a file of documents that ends anywhere in its last line is continued 
     }
 }
 
+TEST_CASE("a file of documents has one writer at a time") {
+    const scratch_folder folder;
+    const std::filesystem::path path = folder / "results";
+    {
+        const line_file first(path);
+        CHECK(raised([&] { line_file second(path); }) == error_code::invalid_option);
+    }
+    CHECK_NOTHROW(line_file(path));
+}
+
 TEST_CASE("a file of another program is refused and stays as it is") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "notes";

@@ -1,4 +1,4 @@
-"""Writes trained weights as a safetensors file that the library loads, and checks that the file's network computes the same.
+"""Writes trained weights as a safetensors file that the library loads, and prints how far the file's results differ.
 
     python3 export.py --checkpoint FOLDER/checkpoint.pt --photos PHOTOS --out farbrausch.safetensors [--type float16|float32]
 

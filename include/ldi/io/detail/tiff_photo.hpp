@@ -153,10 +153,16 @@ private:
         for (std::uint32_t i = 0; i < parts && coded <= 2 * size; ++i)
             coded += (std::min)(nearest_double(TIFFGetStrileByteCount(file.get(), i)), size);
         if (coded > 2 * size) raise(error_code::too_large, where, "strips or tiles of at most twice the file's size", "more");
-        if (!is_tiled) return;
-        // libtiff decodes whole tiles, even if most of a tile lies outside the picture.
+        // libtiff decodes all channels, although the photo has at most four of them.
         std::uint16_t channels = 1;
         TIFFGetFieldDefaulted(file.get(), TIFFTAG_SAMPLESPERPIXEL, &channels);
+        if (!is_tiled) {
+            budget.charge_samples(
+                nearest_double(width) * nearest_double(height) * nearest_double(channels), where,
+                std::to_string(channels) + " channels of " + std::to_string(width) + " x " + std::to_string(height));
+            return;
+        }
+        // libtiff decodes whole tiles, even if most of a tile lies outside the picture.
         budget.charge_samples(  // `parts` counts the tiles of all planes, if each channel is a separate plane
             nearest_double(parts) * nearest_double(tile_width) * nearest_double(tile_height) *
                 (layout == PLANARCONFIG_CONTIG ? nearest_double(channels) : 1.0),
