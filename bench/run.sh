@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the benchmarks of all kernels, operators and stages, on the shipped sample and weights. Writes build/bench/results.json and the table
-# build/bench/results.md. Times are processor time, one thread.
+# Runs the benchmarks of all kernels, operators and stages, on the shipped sample and weights. Writes results.json and the table results.md
+# to build/bench. Times are processor time, one thread.
 #
 #   bench/run.sh [--quick] [--before FILE.json] [--readme] [GOOGLE_BENCHMARK_OPTION...]
 #
@@ -46,8 +46,9 @@ cmake --build build/release --target ldi_bench >&2
 
 defaults=(--benchmark_filter='-^(scaling|steps)/' --benchmark_min_time=0.02)
 [ "$quick" = 1 ] || defaults=(--benchmark_filter='-^scaling/' --benchmark_min_time=0.2 --benchmark_repetitions=3)
+results=build/bench/results
 mkdir -p build/bench
-if [ -n "$before" ]; then # a copy, because the file may be build/bench/results.json, which this run replaces
+if [ -n "$before" ]; then # a copy, because the file may be $results.json, which this run replaces
     earlier=$(mktemp --suffix=.json)
     trap 'rm -f "$earlier"' EXIT
     cp "$before" "$earlier"
@@ -55,15 +56,15 @@ fi
 # ldi_bench reads its options in order: those of the caller, which come last, override the defaults.
 build/release/bench/ldi_bench "${defaults[@]}" "${options[@]}" "--benchmark_context=revision=$(revision)" \
     "--benchmark_context=processor=$(python3 bench/table.py --processor)" --benchmark_out=build/bench/new_results.json --benchmark_out_format=json
-mv build/bench/new_results.json build/bench/results.json
-python3 bench/table.py build/bench/results.json >build/bench/results.md
+mv build/bench/new_results.json "$results.json"
+python3 bench/table.py "$results.json" >"$results.md"
 if [ "$readme" = 1 ]; then
-    python3 bench/table.py build/bench/results.json --readme bench/README.md
-    { printf '# All benchmarks\n\nWritten by `bench/run.sh --readme`. [How to read it](../README.md).\n\n'; cat build/bench/results.md; } >bench/notes/table.md
+    python3 bench/table.py "$results.json" --readme bench/README.md
+    { printf '# All benchmarks\n\nWritten by `bench/run.sh --readme`. [How to read it](../README.md).\n\n'; cat "$results.md"; } >bench/notes/table.md
 fi
 if [ -n "$before" ]; then
-    python3 bench/table.py build/bench/results.json --same "$earlier"
+    python3 bench/table.py "$results.json" --same "$earlier"
     compare=$(command -v compare.py || printf '%s' /usr/share/benchmark/compare.py)
-    /usr/bin/python3 "$compare" --no-color benchmarks "$earlier" build/bench/results.json
+    /usr/bin/python3 "$compare" --no-color benchmarks "$earlier" "$results.json"
 fi
-printf 'build/bench/results.json and build/bench/results.md\n'
+printf '%s.json and %s.md\n' "$results" "$results"

@@ -20924,7 +20924,7 @@ struct padding_options {
 /// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
-    /// g        graph of the layers; the views and references must outlive this object
+    /// g        graph of the layers, a graph or graph_view; everything passed must outlive this object
     /// colors   K x 3
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color    the atlas, H x W x 3
@@ -20932,9 +20932,8 @@ public:
     ///
     /// Raises mismatch if sizes do not fit together or an invariant of the graph does not hold.
     template <class Graph>
-    requires std::constructible_from<graph_view, const Graph&> chart_padder(const Graph& g, std::span<const std::uint8_t> colors,
-                                                                            std::span<const texel_kind> kind_of,
-                                                                            image<std::uint8_t>& color, image<texel_kind>& kind)
+    chart_padder(const Graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+                 image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
           colors_(colors.data()),
           kind_of_(kind_of.data()),
@@ -26016,7 +26015,7 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
 ///
 /// Raises mismatch for another number of channels.
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
-    if (!depth.empty() && depth.channels() != 1)
+    if (depth.height() > 0 && depth.width() > 0 && depth.channels() != 1)
         raise(error_code::mismatch, "disparity_map", "depth H x W x 1", detail::shape_text(depth));
     image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;

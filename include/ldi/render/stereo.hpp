@@ -78,7 +78,7 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
 ///
 /// Raises mismatch for another number of channels.
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
-    if (!depth.empty() && depth.channels() != 1)
+    if (depth.height() > 0 && depth.width() > 0 && depth.channels() != 1)
         raise(error_code::mismatch, "disparity_map", "depth H x W x 1", detail::shape_text(depth));
     image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;

@@ -14,7 +14,6 @@
 #include <ldi/core/validate.hpp>
 
 #include <algorithm>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -53,7 +52,7 @@ struct padding_options {
 /// several objects may draw charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
-    /// g        graph of the layers; the views and references must outlive this object
+    /// g        graph of the layers, a graph or graph_view; everything passed must outlive this object
     /// colors   K x 3
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color    the atlas, H x W x 3
@@ -61,9 +60,8 @@ public:
     ///
     /// Raises mismatch if sizes do not fit together or an invariant of the graph does not hold.
     template <class Graph>
-    requires std::constructible_from<graph_view, const Graph&> chart_padder(const Graph& g, std::span<const std::uint8_t> colors,
-                                                                            std::span<const texel_kind> kind_of,
-                                                                            image<std::uint8_t>& color, image<texel_kind>& kind)
+    chart_padder(const Graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+                 image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
           colors_(colors.data()),
           kind_of_(kind_of.data()),
