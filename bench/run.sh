@@ -39,6 +39,10 @@ while [ $# -gt 0 ]; do
     shift
 done
 
+if [ "$readme" = 1 ] && { [ "$quick" = 1 ] || [ "${#options[@]}" -gt 0 ]; }; then
+    printf -- '--readme: expected no --quick and no --benchmark_ options, because the tables show all benchmarks\n' >&2
+    exit 1
+fi
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_bench[@]}"
 [ -z "$before" ] || require "${needs_bench_comparison[@]}"
 cmake --preset release >&2

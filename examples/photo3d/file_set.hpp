@@ -14,8 +14,10 @@
 #include "file_system.hpp"
 #include "staging_folder.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <span>
@@ -55,8 +57,8 @@ public:
     /// unavailable, canceled.
     void create_folder(const std::filesystem::path& folder);
 
-    /// Puts all files in place. Raises file_access, unavailable, canceled. After an error, everything is as before, except for
-    /// devices and pipes.
+    /// Puts all files in place, devices and pipes first. Raises file_access, unavailable, canceled. After an error, everything is
+    /// as before, except for devices and pipes.
     void commit();
 
     /// Removes all files that are not in place yet. A thread that waits for signals calls this while another thread writes;
@@ -80,8 +82,10 @@ private:
     std::filesystem::path temporary(const entry& e) const { return stagings_[e.staging].path / e.name; }
     std::filesystem::path old(const entry& e) const { return stagings_[e.staging].path / (e.name + ".old"); }
     void make_ready(entry& e) const;
+    std::vector<entry> take_direct();
     int put_in_place(entry& e);
     void take_back(const entry& e);
+    [[noreturn]] void give_up(int failure, const std::filesystem::path& at);
     void remove_temporaries();
     void refuse_if_discarded() const {
         if (is_discarded_) raise(error_code::canceled, "file_set", "completion", "a request to stop");
@@ -250,22 +254,44 @@ inline void file_set::take_back(const entry& e) {
     }
 }
 
-inline void file_set::commit() {
+/// Removes the devices and pipes from the set, and returns those to write. All other files are ready to be put in place.
+inline std::vector<file_set::entry> file_set::take_direct() {
     const std::lock_guard guard(mutex_);
     refuse_if_discarded();
     for (entry& e : entries_)
         if (e.is_staged && e.put != way::direct) make_ready(e);
+    const auto first =
+        std::stable_partition(entries_.begin(), entries_.end(), [](const entry& e) { return e.put != way::direct; });
+    std::vector<entry> direct;
+    std::copy_if(std::make_move_iterator(first), std::make_move_iterator(entries_.end()), std::back_inserter(direct),
+                 [](const entry& e) { return e.is_staged; });
+    entries_.erase(first, entries_.end());
+    return direct;
+}
+
+/// Restores everything, and raises the error of one file.
+inline void file_set::give_up(int failure, const std::filesystem::path& at) {
+    const std::filesystem::path given = at;
+    for (const entry& placed : entries_) take_back(placed);
+    remove_temporaries();
+    raise_system_error(failure, given, "a writable place");
+}
+
+inline void file_set::commit() {
+    for (const entry& e : take_direct()) {
+        const int failure = ldi::write_bytes(e.place, e.bytes);  // without the mutex, because a pipe may wait for its reader
+        if (failure == 0) continue;
+        const std::lock_guard guard(mutex_);
+        give_up(failure, e.given);
+    }
+    const std::lock_guard guard(mutex_);
+    refuse_if_discarded();
     const std::vector<folder_lock> locks = entries_.size() > 1 ? lock_folders(stagings_) : std::vector<folder_lock>();
     // Steps that can fail for lack of space come before mere renames.
-    for (const way put : {way::direct, way::overwrite, way::rename})
+    for (const way put : {way::overwrite, way::rename})
         for (entry& e : entries_) {
             if (!e.is_staged || e.put != put) continue;
-            const int failure = put == way::direct ? ldi::write_bytes(e.place, e.bytes) : put_in_place(e);
-            if (failure == 0) continue;
-            const std::filesystem::path given = e.given;
-            for (const entry& placed : entries_) take_back(placed);
-            remove_temporaries();
-            raise_system_error(failure, given, "a writable place");
+            if (const int failure = put_in_place(e); failure != 0) give_up(failure, e.given);
         }
     for (const staging_folder& staging : stagings_) synchronize(staging.beside);
     new_folders_.clear();

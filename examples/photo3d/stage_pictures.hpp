@@ -171,6 +171,7 @@ inline void save_stage_pictures(const photo3d& result, const std::filesystem::pa
     // The 3D photo from the side, the nearest surface shifted by 40 pixels; holes are magenta.
     raster_options raster;
     raster.samples = 2;
+    raster.z_near = 0.01F * result.facts.range.z_near;
     raster.background = {255, 0, 255};
     for (const auto& [name, shift] : {std::pair{"12_view_from_left", 40.0F}, {"13_view_from_right", -40.0F}})
         save(name,

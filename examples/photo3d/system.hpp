@@ -184,6 +184,26 @@ inline std::size_t smallest_limit(std::size_t otherwise, const std::vector<std::
     return otherwise;
 }
 
+/// Returns the files with the memory limits of this process's control group and of the groups that contain it.
+///
+/// groups  the text of /proc/self/cgroup: lines of NUMBER:CONTROLLERS:PATH; cgroup v2 has the number 0 and no controllers
+inline std::vector<std::filesystem::path> files_of_limits(std::istream& groups) {
+    std::vector<std::filesystem::path> files;
+    for (std::string line; std::getline(groups, line);) {
+        const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+        if (second == std::string::npos) continue;
+        const bool is_v2 = line.compare(0, second, "0:") == 0;
+        if (!is_v2 && ("," + line.substr(first + 1, second - first - 1) + ",").find(",memory,") == std::string::npos) continue;
+        const std::filesystem::path root = is_v2 ? "/sys/fs/cgroup" : "/sys/fs/cgroup/memory";
+        const char* const name = is_v2 ? "memory.max" : "memory.limit_in_bytes";
+        files.push_back(root / name);
+        std::filesystem::path folder = root;
+        for (const std::filesystem::path& part : std::filesystem::path(line.substr(second + 1)).relative_path())
+            files.push_back((folder /= part) / name);
+    }
+    return files;
+}
+
 /// Memory of the machine in bytes, or the limit of the container in which the program runs, if that is smaller.
 inline std::size_t available_memory() {
 #if defined(_WIN32)
@@ -192,8 +212,9 @@ inline std::size_t available_memory() {
     GlobalMemoryStatusEx(&status);
     return static_cast<std::size_t>(status.ullTotalPhys);
 #else
+    std::ifstream groups("/proc/self/cgroup");
     return smallest_limit(static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)),
-                          {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"});  // cgroup v2 and v1
+                          files_of_limits(groups));
 #endif
 }
 

@@ -175,7 +175,9 @@ void save_video(const photo3d& result, photo_texture& texture, const video_optio
     if (!v.depth_map.empty()) {
         view own;
         own.camera = result.facts.camera;
-        const rendering seen = rasterize(result.mesh, result.atlas.color, own, raster_options(), threads);
+        raster_options raster;
+        raster.z_near = 0.01F * result.facts.range.z_near;
+        const rendering seen = rasterize(result.mesh, result.atlas.color, own, raster, threads);
         files.write(v.depth_map, encode_png(disparity_map(seen.depth, result.facts.range)));
     }
     if (v.output.empty()) return;

@@ -143,11 +143,14 @@ public:
 
     /// Waits until the broker has stored all published messages on disk. Also raises unavailable if it refuses one.
     void confirm() {
-        while (!unconfirmed_.empty())
+        while (!is_confirmed())
             if (!read_frame(std::chrono::seconds(30))) check(AMQP_STATUS_TIMEOUT);
     }
 
-    /// Sends and reads heartbeats while the connection has nothing else to do.
+    /// Whether the broker has stored all published messages on disk, as far as rest() and confirm() have read its answers.
+    bool is_confirmed() const { return unconfirmed_.empty(); }
+
+    /// Sends heartbeats, and reads all answers that have arrived. Raises unavailable if the broker refuses a message.
     void rest() {
         while (read_frame(std::chrono::seconds(0))) {
         }

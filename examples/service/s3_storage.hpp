@@ -147,6 +147,7 @@ private:
         curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // cancels a transfer that receives nothing for 10 seconds
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 10L);
+        curl_easy_setopt(curl, CURLOPT_TIMEOUT, 900L);  // in seconds, for a server that sends a few bytes at a time
         curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &s3_storage::take);
         curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answered);
         const header_list headers = headers_for(body);

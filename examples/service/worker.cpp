@@ -56,6 +56,57 @@ struct finished_task {
     finished_message done;
 };
 
+/// Publishes the documents of one message at a time. Never waits for the broker's confirmation, and tries again on a new
+/// connection after an error, so that the connection that receives messages survives both.
+class publisher {
+public:
+    publisher(const std::string& url, const queue_names& names) : url_(url), names_(names) { connect(); }
+
+    /// Publishes the documents of a message unless an earlier call has. Returns whether the broker has stored all of them; then
+    /// the next call is about another message. Must be called every few seconds, with null if there are no documents.
+    bool store(const finished_message* done) {
+        if (std::chrono::steady_clock::now() < next_attempt_) return false;
+        try {
+            if (!out_) connect();
+            out_->rest();
+            if (done == nullptr) return false;
+            if (!is_published_) publish(*done);
+            if (!out_->is_confirmed()) return false;
+            is_published_ = false;
+            return true;
+        } catch (const error& failed) {
+            if (failed.code() != error_code::unavailable) throw;
+            log_event("warning", "publishing failed", {{"message", escaped(failed.what())}});
+        }
+        out_.reset();
+        next_attempt_ = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+        return false;
+    }
+
+    bool is_connected() const { return out_.has_value(); }
+
+private:
+    void connect() {
+        out_.emplace(url_);
+        out_->begin_publishing();
+        is_published_ = false;
+    }
+
+    void publish(const finished_message& done) {
+        for (const nlohmann::ordered_json& document : done.results)
+            out_->publish(names_.results, id_of(document), to_line(document));
+        for (const nlohmann::ordered_json& document : done.dead) out_->publish(names_.dead, id_of(document), to_line(document));
+        for (const photo_message& part : done.parts) out_->publish(names_.photos, "", to_text(part));
+        is_published_ = true;
+    }
+
+    const std::string& url_;
+    const queue_names& names_;
+    std::optional<broker_connection> out_;
+    bool is_published_ = false;
+    std::chrono::steady_clock::time_point next_attempt_{};
+};
+
 class worker {
 public:
     worker(const worker_options& options, const arguments& a)
@@ -103,40 +154,41 @@ private:
         std::this_thread::sleep_for(std::chrono::seconds(1));
     }
 
-    /// Uses one pair of connections until one fails. They are separate because a broker that is short of memory blocks
-    /// connections that publish; acknowledgments must still pass.
+    /// Receives and acknowledges messages on one connection until it fails. Publishes on another, because a broker that is short
+    /// of memory or disk blocks connections that publish; acknowledgments and heartbeats must still pass.
     void serve() {
         const queue_names names(options_.queue);
-        broker_connection out(options_.broker), in(options_.broker);
+        broker_connection in(options_.broker);
+        publisher out(options_.broker, names);
         ++connection_;
         in.declare(names);
-        out.begin_publishing();
         in.consume(names.photos, options_.prefetch);
         has_broker_ = true;
         metrics_.connections.Increment();
         log_event("info", "broker found", {{"connection", connection_.load()}});
+        std::optional<finished_task> sent;  // published, but not confirmed
         while (!is_ending) {
             if (std::optional<delivery> message = in.receive(std::chrono::milliseconds(5)))
                 tasks_.push({connection_, std::move(*message)});
-            out.rest();
-            while (std::optional<finished_task> finished = finished_.try_pop())
-                if (finished->connection == connection_) publish(*finished, names, in, out);
+            if (!sent) sent = next_finished();
+            if (sent && sent->done.is_given_back) {
+                in.give_back(sent->tag);
+                metrics_.given_back.Increment();
+                sent.reset();
+            } else if (out.store(sent ? &sent->done : nullptr)) {
+                in.acknowledge(sent->tag);
+                metrics_.messages.Increment();
+                sent.reset();
+            }
+            has_broker_ = out.is_connected();
         }
     }
 
-    void publish(const finished_task& finished, const queue_names& names, broker_connection& in, broker_connection& out) {
-        const finished_message& done = finished.done;
-        if (done.is_given_back) {
-            metrics_.given_back.Increment();
-            return in.give_back(finished.tag);
-        }
-        for (const nlohmann::ordered_json& document : done.results)
-            out.publish(names.results, id_of(document), to_line(document));
-        for (const nlohmann::ordered_json& document : done.dead) out.publish(names.dead, id_of(document), to_line(document));
-        for (const photo_message& part : done.parts) out.publish(names.photos, "", to_text(part));
-        out.confirm();
-        in.acknowledge(finished.tag);
-        metrics_.messages.Increment();
+    /// Returns a finished task, unless there is none. Drops those of earlier connections, which the broker delivers again.
+    std::optional<finished_task> next_finished() {
+        while (std::optional<finished_task> finished = finished_.try_pop())
+            if (finished->connection == connection_) return finished;
+        return std::nullopt;
     }
 
     void convert() try {
@@ -209,7 +261,8 @@ bool read_conversion_options(const std::vector<std::string>& options, const std:
     if (!parse_conversion_options(app, options, a)) return false;
     apply_preset(app, a);
     const auto refuse = [](const char* option) {
-        raise(error_code::invalid_option, option, "only options of the conversion after --", "another option");
+        raise(error_code::invalid_option, option, "an option of the conversion after --",
+              "one for files or threads, which the worker determines");
     };
     for (const char* const option : {"--output", "--html", "--report", "--gallery", "--skip-existing", "--threads"})
         if (app.count(option) > 0) refuse(option);

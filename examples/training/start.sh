@@ -6,6 +6,10 @@ here=$(cd "$(dirname "$0")" && pwd)
 recipe=$1 folder=$2
 shift 2
 mkdir -p "$folder"
+if [ -e "$folder/pid" ] && grep -qs "$recipe/train.py" "/proc/$(cat "$folder/pid")/cmdline"; then
+    printf '%s: expected no training that runs in this folder, found process %s\n' "$folder" "$(cat "$folder/pid")" >&2
+    exit 1
+fi
 rm -f "$folder/stop"
 # Without these settings, the C library returns the memory of every large tensor to the system, which takes a fifth of the time.
 export MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_MMAP_THRESHOLD_=8000000000

@@ -104,7 +104,7 @@ await writeFile(join(output, "photo3d.html"), makePage(inPage.join("\n"), "", "w
 const files = new Map([["index.html", Buffer.from(makePage("", " 'self'", "with the depth inside"))]]);
 for (const [name, bytes] of Object.entries({ ...assets, ...assetsOfThreads })) files.set(`${name}.gz`, bytes);
 const version = createHash("sha256");
-for (const bytes of files.values()) version.update(bytes);
+for (const bytes of [...files.values(), ...Object.values(assetsOfHeic)]) version.update(bytes);
 let offline = await readFile(join(source, "offline.js"), "utf8");
 offline = fill(offline, '"VERSION"', JSON.stringify(`photo3d ${version.digest("hex").slice(0, 16)}`));
 offline = fill(offline, '["FILES"]', JSON.stringify(["./", ...files.keys()]));

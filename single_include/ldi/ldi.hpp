@@ -12028,7 +12028,7 @@ namespace detail {
 inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
     if (subset.row_of().size() != pixels)
         raise(error_code::mismatch, "pixel_subset", "a subset of the plan's " + std::to_string(pixels) + " pixels",
-              "one of " + std::to_string(subset.row_of().size()));
+              "a subset of " + std::to_string(subset.row_of().size()) + " pixels");
 }
 
 /// Returns the row of the first of `count` consecutive pixels. Raises mismatch unless the subset contains all of them.
@@ -14403,7 +14403,7 @@ template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
     if (wanted.size() != layers.size())
-        raise(error_code::mismatch, stage_name, "wanted: an entry for each of " + std::to_string(layers.size()) + " pixels",
+        raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " entries in `wanted`, one per pixel",
               std::to_string(wanted.size()) + " entries");
     if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "one that was moved from");
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
@@ -25543,7 +25543,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Options of rasterize().
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
-    float z_near = 0.01F;                             ///< above 0; surfaces nearer than this depth are clipped
+    float z_near = 0.01F;                             ///< at least 2^-126; surfaces nearer than this depth are clipped
     bool both_sides = true;                           ///< false: triangles that are clockwise on the screen are not drawn
     std::array<std::uint8_t, 3> background{0, 0, 0};  ///< color of holes
     image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
@@ -25589,8 +25589,9 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0) || !std::isfinite(options.z_near))
-        raise(error_code::invalid_option, "z_near", "a finite depth above 0", to_text(options.z_near));
+    constexpr float smallest = std::numeric_limits<float>::min();  // smaller depths have no finite inverse
+    if (!(options.z_near >= smallest) || !std::isfinite(options.z_near))
+        raise(error_code::invalid_option, "z_near", "a finite depth of at least " + to_text(smallest), to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0) || !std::isfinite(camera.focal_length))
         raise(error_code::invalid_option, "view", "a size and a finite focal length above 0",

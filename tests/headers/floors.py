@@ -42,7 +42,7 @@ KNOW_PARTS = {"bench/kernels", "bench/networks", "bench/quality/beside_silhouett
 # Folders, and names of namespace detail, that other folders may use, with the reason.
 SHARED = {
     "base": "helpers for numbers and messages, which are too small for a user's notice",
-    "formats to io": "io decodes with libraries the files whose headers formats recognizes and reads; both are one room in two floors",
+    "formats to io": "formats recognizes files and reads their headers; io decodes the same files with libraries",
     "curves": "depth and occlusion each have a namespace detail::curves of their own",
     "unchecked": "skips the validation of a graph that a stage of ldi has just built; users must not skip it",
     "expansion_access": "only expand() may turn a single layer into a layered image",

@@ -58,6 +58,13 @@ TEST_CASE("a GIF file with all pixels but without an end code is decoded exactly
     }
 }
 
+TEST_CASE("a GIF file that never clears its code table is decoded exactly if it is small; larger ones are unsupported") {
+    const image<std::uint8_t> small = shades_of(60, 60), large = shades_of(100, 100);
+    CHECK(largest_difference(decode_photo(gif_file(small, {.clears_table = false})).color, colors_of(small)) == 0);
+    CHECK(raised([&] { decode_photo(gif_file(large, {.clears_table = false})); }) == error_code::unsupported);
+    CHECK(largest_difference(decode_photo(gif_file(large)).color, colors_of(large)) == 0);
+}
+
 TEST_CASE("transparent pixels of a GIF file, and pixels outside its first frame, are white") {
     image<std::uint8_t> shades = shades_of(3, 4);
     const photo with_hole = decode_photo(gif_file(shades, {.transparent = 7}));

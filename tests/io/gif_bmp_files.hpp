@@ -27,10 +27,10 @@ struct gif_writing {
     int transparent = -1;
     std::uint32_t left = 0, top = 0, screen_width = 0, screen_height = 0;
     bool animated = false;
-    bool has_end_code = true;
+    bool has_end_code = true, clears_table = true;
 };
 
-/// A GIF file of an H x W x 1 picture of shades. Clears the code table before codes become longer.
+/// A GIF file of an H x W x 1 picture of shades. Clears the code table before codes become longer, or never.
 inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writing& writing = {}) {
     const std::uint32_t width = static_cast<std::uint32_t>(picture.width()),
                         height = static_cast<std::uint32_t>(picture.height());
@@ -51,15 +51,17 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
                                          : std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 1}})
         for (std::uint32_t y = begin; y < height; y += step) rows.push_back(y);
     byte_string bits;
-    unsigned waiting = 0, waiting_bits = 0, count = 0;
+    unsigned waiting = 0, waiting_bits = 0, count = 0, code_bits = 9, next_code = 257;
     const auto put = [&](unsigned code) {
-        for (waiting |= code << waiting_bits, waiting_bits += 9; waiting_bits >= 8; waiting >>= 8, waiting_bits -= 8)
+        for (waiting |= code << waiting_bits, waiting_bits += code_bits; waiting_bits >= 8; waiting >>= 8, waiting_bits -= 8)
             bits.push_back(static_cast<std::byte>(waiting & 255));
     };
     for (const std::uint32_t y : rows)
         for (std::uint32_t x = 0; x < width; ++x) {
-            if (count++ % 250 == 0) put(256);
+            if (count == 0 || (writing.clears_table && count % 250 == 0)) put(256), next_code = 257;
             put(picture(y, x));
+            if (++next_code == 1U << code_bits && code_bits < 12) ++code_bits;
+            ++count;
         }
     if (writing.has_end_code)
         put(257), put(0);

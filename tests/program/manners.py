@@ -458,6 +458,29 @@ def kill_with_video():
             check(f"a video that is interrupted: leaves {f.made()}, says {said}", process.returncode == -signal.SIGTERM and not f.made() and said == b"")
 
 
+def waits_for_a_reader():
+    """A pipe without a reader blocks the program. A signal ends it nevertheless, and the other outputs keep their old content."""
+    with folder_of_files() as f:
+        os.mkfifo(f / "a.glb")
+        f.write("a.json")
+        for number in (signal.SIGTERM, signal.SIGINT):
+            process = subprocess.Popen(f.command("me.png", "-o", "a.glb", "--report", "a.json", "--quiet"), cwd=f.path, stderr=subprocess.PIPE)
+            staged = lambda: any(name.startswith(".ldi-") for name in os.listdir(f.path))
+            until = time.monotonic() + 60
+            while not staged() and time.monotonic() < until:
+                time.sleep(0.01)
+            time.sleep(1)  # until it waits in the pipe
+            check(f"{number.name}: the program still waits", process.poll() is None)
+            process.send_signal(number)
+            try:
+                said = process.communicate(timeout=30)[1]
+            except subprocess.TimeoutExpired:
+                process.kill()
+                said = process.communicate()[1]
+            check(f"{number.name} ends a program that waits for the reader of a pipe", process.returncode == -number and said == b"", f"{process.returncode} {said}")
+            check(f"{number.name}: leaves {f.made()}", f.made() == ["a.glb", "a.json"] and f.read("a.json") == b"old")
+
+
 def many_at_once():
     with folder_of_files() as f:
         processes = [subprocess.Popen(f.command("me.png", "-o", "a.glb", "--quality", str(10 + 10 * i), "--html", "a.html", "--viewer", "viewer.html", "--quiet"), cwd=f.path, stderr=subprocess.PIPE) for i in range(8)]
@@ -470,7 +493,7 @@ def many_at_once():
         check(f"a signal that is ignored when the program starts stays ignored: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])
 
 
-for part in (first_words, names, start_script, key_frames, outputs_that_are_inputs, what_is_kept, kills, kill_with_video, many_at_once):
+for part in (first_words, names, start_script, key_frames, outputs_that_are_inputs, what_is_kept, kills, kill_with_video, waits_for_a_reader, many_at_once):
     begin = time.monotonic()
     part()
     print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")

@@ -134,7 +134,7 @@ def test_layers_passed_to_an_inpainter_stay_unchanged():
     del made
     for _ in range(3):
         inpainted(lambda layers: layers.color)  # reuses the memory
-    assert (color == before)[known == 1].all() and len(layers.x) == len(before)
+    assert (color == before).all() and (layers.known == known).all() and len(layers.x) == len(before)
 
 
 def test_layers_passed_to_an_inpainter_can_be_charted_but_not_inpainted():

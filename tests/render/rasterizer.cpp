@@ -461,6 +461,8 @@ TEST_CASE("malformed meshes, textures and options are refused") {
     options.samples = 1, options.z_near = 0;
     CHECK(code_of(good, texture, v, options) == error_code::invalid_option);
     CHECK(code_of(good, texture, view{}, {}) == error_code::invalid_option);
+    options.z_near = std::numeric_limits<float>::denorm_min();
+    CHECK(code_of(good, texture, v, options) == error_code::invalid_option);
     options.z_near = std::numeric_limits<float>::infinity();
     CHECK(code_of(good, texture, v, options) == error_code::invalid_option);
 }

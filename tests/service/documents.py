@@ -44,6 +44,12 @@ def some_came_again(*logs):
     return any(line["event"] == "message" and line["earlier"] > 0 for log in logs for line in lines(log))
 
 
+def none_came_again(*logs):
+    """These workers received messages, none of them redelivered."""
+    messages = [line for log in logs for line in lines(log) if line["event"] == "message"]
+    return bool(messages) and not any(line["earlier"] > 0 for line in messages)
+
+
 def each_once(keys, results, dead):
     """Every photo has exactly one line in one of the two files."""
     every = [line["photo"] for path in (results, dead) for line in lines(path)]

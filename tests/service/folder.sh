@@ -83,3 +83,22 @@ count_step "a photo whose storage stays unreachable becomes a dead letter" docum
 count_step "that dead letter recommends another try" grep -q '"try_again":true' "$folder/away_dead"
 count_step "its message is delivered five times" documents was_given_out 5 "$worker_log"
 stop_worker TERM "$worker"
+
+control_broker() {
+    HOME=$work/broker ERL_EPMD_PORT=$broker_names_port RABBITMQ_CONF_ENV_FILE=$work/broker/environment \
+        RABBITMQ_NODENAME=ldi-$broker_port@localhost /usr/lib/rabbitmq/bin/rabbitmqctl --quiet "$@"
+}
+
+# A queue that refuses results: the worker keeps the message and publishes the documents of its converted photos again.
+start_worker full full "$folder/photos" "$folder/outputs"
+wait_until 20 health_is "$worker_address" 200
+control_broker set_policy full '^full[.]results$' '{"max-length": 1, "overflow": "reject-publish"}' --apply-to queues
+printf '%s\n' a.jpg b.jpg c.jpg | queue full submit --job f --photos-per-message 1
+count_step "a worker logs that a queue refuses results" wait_until 60 grep -q '"publishing failed"' "$worker_log"
+sleep 6 # until the next attempt, which the queue refuses, too
+control_broker clear_policy full
+queue full collect --results "$folder/full_results" --dead "$folder/full_dead" --expected 3 >/dev/null
+count_step "once the queue accepts results, every photo has one" documents codes_are "$folder/full_dead"
+count_step "no photo of a refused result is converted again" documents have_events "$worker_log" photo 3
+count_step "no message of a refused result is delivered again" documents none_came_again "$worker_log"
+stop_worker TERM "$worker"

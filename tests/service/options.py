@@ -46,7 +46,7 @@ with tempfile.TemporaryDirectory() as top:
         ([*folders, "--", "--depth", "none", "--depth-scale", "2"], "--depth-scale: expected "),
         ([*folders, "--", "--help"], "options after --: expected neither --help nor --version, found one of them"),
         ([*folders, "--", "me.jpg"], "me.jpg: expected no photo, because messages name the photos, found one"),
-        *(([*folders, "--", *option], f"{option[0]}: expected only options of the conversion after --, found another option")
+        *(([*folders, "--", *option], f"{option[0]}: expected an option of the conversion after --, found one for files or threads, which the worker determines")
           for option in (["--output", "a"], ["--html", "a"], ["--report", "a"], ["--depth", "a"], ["--gallery", "a.html"], ["--skip-existing"], ["--threads", "2"])),
     ):
         refused([WORKER, *options], words, top)

@@ -88,13 +88,13 @@ function hostileFiles() {
     };
     const meshopt = (count) => ({ EXT_meshopt_compression: { count, byteStride: 256 } });
     /** Returns a model with an image, given as characters of one byte each. */
-    const withImage = (image, textures = 1, images = 1) => {
+    const withImage = (image, textures = 1, images = 1, texture = { source: 0 }) => {
         const { json, binary } = takeApart(square());
         const file = Buffer.alloc(64);
         file.write(image, "latin1");
         json.bufferViews.push({ buffer: 0, byteOffset: binary.length, byteLength: file.length });
         json.images = Array.from({ length: images }, () => ({ bufferView: json.bufferViews.length - 1, mimeType: "image/png" }));
-        json.textures = Array.from({ length: textures }, () => ({ source: 0 }));
+        json.textures = Array.from({ length: textures }, () => texture);
         json.materials[0].pbrMetallicRoughness = { baseColorTexture: { index: 0 } };
         json.buffers[0].byteLength += file.length;
         return putTogether({ json, binary: Buffer.concat([binary, file]) });
@@ -121,6 +121,7 @@ function hostileFiles() {
         textureBomb: withImage(png("\xea\x60")), // 60000
         manyImages: withImage(png("\x3f\xff"), 1, 2), // 16383
         manyTextures: withImage(png("\x20\x00"), 4), // 8192
+        texturesOfExtension: withImage(png("\x20\x00"), 4, 1, { extensions: { EXT_texture_avif: { source: 0 } } }),
         jpegWithFill: withImage("\xff\xd8\xff\xff\xff\xc0\0\x11\x08\xff\xdc\xff\xdc"), // 65500
         losslessWebp: withImage(losslessWebp),
         lossyWebp: withImage("RIFF\0\0\0\0WEBPVP8 \0\0\0\0\0\0\0\x9d\x01\x2a\xff\x3f\xff\x3f"),
@@ -505,11 +506,12 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
     await test("files that need too many resources are refused before three.js reads them", () => {
         for (const name of ["meshoptSecond", "meshoptNegative", "textAsCount", "sharedMesh", "matrices"])
             assert.throws(() => checkGlb(bytesOf(hostile[name])), /too many vertices/, name);
-        for (const name of ["textureBomb", "manyImages", "manyTextures", "jpegWithFill", "losslessWebp", "lossyWebp"])
+        for (const name of ["textureBomb", "manyImages", "manyTextures", "texturesOfExtension", "jpegWithFill", "losslessWebp", "lossyWebp"])
             assert.throws(() => checkGlb(bytesOf(hostile[name])), /textures are too large/, name);
         assert.throws(() => checkGlb(bytesOf(hostile.otherPicture)), /not PNG, JPEG or WebP/);
         assert.throws(() => checkGlb(bytesOf(hostile.sharedVertices)), /too many meshes/);
-        assert.throws(() => checkGlb(bytesOf(hostile.instances)), /repeats a mesh/);
+        assert.throws(() => checkGlb(bytesOf(hostile.instances)), /draws a mesh many times/);
+        for (const name of ["cyclic", "deep"]) assert.throws(() => checkGlb(bytesOf(hostile[name])), /nested too deep/, name);
         checkGlb(bytesOf(square())), checkGlb(bytesOf(glb));
     });
 

@@ -554,6 +554,19 @@ await test("a headset shows two views, and head motion moves the viewer by the s
     assert.ok((await desk.psnr(await picture(page), flat)) > 40, "back on the screen");
 });
 
+await test("without a photo, the headset's button says so and starts no session", empty({ ...still, scripts: headsetScripts }), async (page) => {
+    const asked = await page.evaluate(async () => {
+        let sessions = 0;
+        navigator.xr.requestSession = () => (sessions += 1);
+        const shown = document.createElement("photo-3d");
+        shown.setAttribute("standalone", "");
+        document.body.append(shown);
+        shown.shadowRoot.getElementById("headset").click();
+        return { sessions, message: shown.shadowRoot.getElementById("message").textContent };
+    });
+    assert.deepEqual(asked, { sessions: 0, message: "There is no photo to view in the headset yet." });
+});
+
 await test("no gap in a headset shows the clear color", opened({ scripts: [...headsetScripts, clearColorScript] }), async (page) => {
     await enterHeadset(page);
     for (const way of [0, 0.02, -0.05]) {

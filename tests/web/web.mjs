@@ -394,6 +394,19 @@ async function testsOfChromium(browser, open, openShared) {
         assert.ok(heaps[0] <= 150e6);
     });
 
+    await test("after an error that ends its Worker, the page reports it and converts the next photo", () => openPage(browser, onePage), async (page) => {
+        const failure = await page.evaluate(async (content) => {
+            const bytes = Uint8Array.from(atob(content), (c) => c.charCodeAt(0));
+            const { converter } = window.photo3d;
+            const converting = converter.convert(bytes, "sample.jpg", () => {});
+            converter.worker.postMessage(null); // which the Worker can't read
+            return converting.then(() => "none", ({ message }) => message);
+        }, sampleBytes.toString("base64"));
+        assert.match(failure, /null/);
+        assert.ok((await convert(page, "sample.jpg", sampleBytes)).glb.length > 0);
+        page.errors.length = 0; // browsers also report the Worker's error on their consoles
+    });
+
     const isolating = await serve(site, isolation);
     await test("on a server that isolates it, the page uses threads and makes the same bytes", () => openPage(browser, isolating.address), async (page) => {
         assert.ok(await hasAllThreads(page));

@@ -162,9 +162,10 @@ private:
         const py::gil_scoped_acquire lock;
         const auto shown = std::make_shared<layers_value>();
         shown->layers = std::move(layers);
-        set_colors(shown->layers, source_(shown));
-        // If the function has kept arrays of these layers, the arrays own them, and the library continues with a copy.
+        const py::object result = source_(shown);
+        // If the function has kept these layers, or arrays of them, the library continues with a copy.
         layers = shown.use_count() == 1 ? std::move(shown->layers) : shown->layers;
+        set_colors(layers, result);
     }
 
     static void set_colors(working_layers<>& layers, const py::object& result) {

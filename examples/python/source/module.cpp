@@ -234,14 +234,20 @@ void add_networks(py::module_& module) {
     py::class_<tiefenrausch, std::shared_ptr<tiefenrausch>>(
         module, "DepthNetwork", "A network that estimates depth from one photo; depth_network() reads it from a file.")
         .def(py::init([](const py::object& weights, const py::object& name) {
-                 return std::make_shared<tiefenrausch>(decode_tiefenrausch(weights_of(weights), py::str(name)));
+                 const auto bytes = weights_of(weights);
+                 const std::string named = py::str(name);
+                 const py::gil_scoped_release unlocked;
+                 return std::make_shared<tiefenrausch>(decode_tiefenrausch(bytes, named));
              }),
              py::arg("weights"), py::arg("name") = "weights", "Reads the bytes of a safetensors file; errors call it `name`.");
     py::class_<farbrausch, std::shared_ptr<farbrausch>>(
         module, "InpaintingNetwork", "A network that colors hidden surfaces; inpainting_network() reads it from a file.")
         .def(py::init([](const py::object& weights, const py::object& name, const py::object& computes_with) {
-                 return std::make_shared<farbrausch>(
-                     decode_farbrausch(weights_of(weights), py::str(name), arithmetic_named(py::str(computes_with))));
+                 const auto bytes = weights_of(weights);
+                 const std::string named = py::str(name);
+                 const arithmetic kind = arithmetic_named(py::str(computes_with));
+                 const py::gil_scoped_release unlocked;
+                 return std::make_shared<farbrausch>(decode_farbrausch(bytes, named, kind));
              }),
              py::arg("weights"), py::arg("name") = "weights", py::arg("arithmetic") = "float32",
              "Reads the bytes of a safetensors file; errors call it `name`.");

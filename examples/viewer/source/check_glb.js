@@ -31,8 +31,9 @@ export function checkGlb(bytes) {
     checkMeshes(list("nodes"), list("meshes"), list("accessors"));
     const sizes = sizesOfImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(28 + length, bytes.byteLength)));
     // Each texture needs memory on the graphics card, even if several show the same image.
-    const sources = list("textures").map(({ source, extensions }) => extensions?.EXT_texture_webp?.source ?? source);
-    if (total(sources.map((source) => sizes[source] ?? 0)) > limits.texels) throw new Error("Its textures are too large.");
+    const sourcesOf = ({ source, extensions }) => [source, ...Object.values(extensions ?? {}).map((other) => other?.source)];
+    const shown = list("textures").map((texture) => Math.max(...sourcesOf(texture).map((source) => sizes[source] ?? 0)));
+    if (total(shown) > limits.texels) throw new Error("Its textures are too large.");
 }
 
 /** Checks that every node has at most one parent, and that no node is its own ancestor. */
@@ -46,7 +47,7 @@ function checkNodes(nodes) {
         }
     for (let node = 0; node < nodes.length; ++node)
         for (let [at, depth] = [node, 0]; parents.has(at); at = parents.get(at))
-            if (++depth > 64) throw new Error("Its nodes are not a tree.");
+            if (++depth > 64) throw new Error("Its nodes are nested too deep, or in a circle.");
 }
 
 /** Limits what is drawn: nodes may share meshes, and meshes may share vertices. */
@@ -57,7 +58,7 @@ function checkMeshes(nodes, meshes, accessors) {
     }));
     let [parts, vertices] = [0, 0];
     for (const { mesh, extensions } of nodes) {
-        if (extensions?.EXT_mesh_gpu_instancing !== undefined) throw new Error("It repeats a mesh.");
+        if (extensions?.EXT_mesh_gpu_instancing !== undefined) throw new Error("It draws a mesh many times (EXT_mesh_gpu_instancing).");
         parts += drawn[mesh]?.length ?? 0;
         if (parts > limits.nodes) throw new Error("It has too many meshes.");
         for (const count of drawn[mesh] ?? []) vertices += count;

@@ -461,6 +461,7 @@ export class Photo3D extends Base {
             askForTilt();
         });
         headset.addEventListener("click", async () => {
+            if (!this.#view.photo) return this.#say("There is no photo to view in the headset yet.");
             try {
                 await stage.enterHeadset(this.#view, await requestHeadset(), new Head());
             } catch (failure) {

@@ -136,6 +136,7 @@ class Stage {
         });
         renderer.setScissorTest(false);
         await renderer.xr.setSession(session);
+        if (!view.photo) return session.end(); // removed meanwhile
         view.enterHeadset(head);
         renderer.setAnimationLoop((_, frame) => view.head && view.drawInHeadset(renderer, frame));
     }

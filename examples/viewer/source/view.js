@@ -132,7 +132,7 @@ export class View {
     /** @param {import("three").WebGLRenderer} renderer @param {XRFrame} [frame] */
     drawInHeadset(renderer, frame) {
         const pose = frame?.getViewerPose(renderer.xr.getReferenceSpace());
-        if (!pose) return;
+        if (!pose || !this.photo) return;
         this.prepare(renderer);
         this.head.update(pose);
         this.place.position.copy(this.head.photoPosition);

@@ -51,7 +51,7 @@ export class Converter {
     constructor() {
         this.pending = new Map();
         this.lastId = 0;
-        /** Settles when the networks are loaded. @type {Promise<{milliseconds: number, threads: number}>} */
+        /** Settles when the networks are loaded. null: the Worker broke; the next photo starts another. @type {Promise<{milliseconds: number, threads: number}> | null} */
         this.ready = this.start();
         /** Settles after the code has warmed up, or earlier if a photo arrives. @type {Promise<{milliseconds: number}>} */
         this.warm = new Promise((resolve) => (this.whenWarm = resolve));
@@ -85,7 +85,17 @@ export class Converter {
             };
         });
         this.worker.postMessage({ load: { wasm, depth, inpainting, threads } });
-        return ready.finally(() => URL.revokeObjectURL(address));
+        await ready.finally(() => URL.revokeObjectURL(address));
+        this.worker.onerror = (event) => this.broke(event.message);
+        return ready;
+    }
+
+    /** Ends a Worker that threw an error outside of a conversion, and rejects its photos. */
+    broke(message) {
+        this.worker.terminate();
+        this.ready = null;
+        for (const job of this.pending.values()) job.reject(new Error(message || "The converter failed."));
+        this.pending.clear();
     }
 
     receive({ id, stage, fraction, result, failure }) {
@@ -109,9 +119,10 @@ export class Converter {
      * @returns {Promise<Photo3d>}
      */
     async convert(bytes, name, onProgress, isExact = false) {
-        await this.ready;
+        await (this.ready ??= this.start());
         onProgress("reading photo", 0);
         const { decoded, refusal } = await readHeic(bytes, name);
+        await (this.ready ??= this.start());
         return new Promise((resolve, reject) => {
             const id = ++this.lastId;
             this.pending.set(id, { resolve, reject, onProgress });

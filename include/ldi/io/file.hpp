@@ -161,7 +161,10 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     int error_number = detail::create_file(temporary, exists);
     if (error_number == 0) error_number = write_bytes(temporary, bytes);
     if (error_number == 0) error_number = synchronize(temporary);
-    if (error_number == 0 && exists) std::filesystem::permissions(temporary, status.permissions(), failure);
+    if (error_number == 0 && exists) {
+        std::filesystem::permissions(temporary, status.permissions(), failure);
+        error_number = failure.value();
+    }
     if (error_number == 0) {
         std::filesystem::rename(temporary, target, failure);
         error_number = failure.value();

@@ -111,7 +111,7 @@ template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
     if (wanted.size() != layers.size())
-        raise(error_code::mismatch, stage_name, "wanted: an entry for each of " + std::to_string(layers.size()) + " pixels",
+        raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " entries in `wanted`, one per pixel",
               std::to_string(wanted.size()) + " entries");
     if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "one that was moved from");
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);

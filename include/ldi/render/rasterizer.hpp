@@ -27,7 +27,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Options of rasterize().
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
-    float z_near = 0.01F;                             ///< above 0; surfaces nearer than this depth are clipped
+    float z_near = 0.01F;                             ///< at least 2^-126; surfaces nearer than this depth are clipped
     bool both_sides = true;                           ///< false: triangles that are clockwise on the screen are not drawn
     std::array<std::uint8_t, 3> background{0, 0, 0};  ///< color of holes
     image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
@@ -73,8 +73,9 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0) || !std::isfinite(options.z_near))
-        raise(error_code::invalid_option, "z_near", "a finite depth above 0", to_text(options.z_near));
+    constexpr float smallest = std::numeric_limits<float>::min();  // smaller depths have no finite inverse
+    if (!(options.z_near >= smallest) || !std::isfinite(options.z_near))
+        raise(error_code::invalid_option, "z_near", "a finite depth of at least " + to_text(smallest), to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0) || !std::isfinite(camera.focal_length))
         raise(error_code::invalid_option, "view", "a size and a finite focal length above 0",

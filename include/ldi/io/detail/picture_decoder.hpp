@@ -55,6 +55,8 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
         if (reason == "outofmem" || reason == "unknown image type" || reason == "too large")
             raise(reason == "too large" ? error_code::too_large : error_code::out_of_memory, where,
                   "memory for " + std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels", "less");
+        if (reason == "too many codes")  // rare, but allowed by the format
+            raise(error_code::unsupported, where, "a GIF file that clears its code table when it is full", "one that does not");
         // stb_image sets "bad png sig" for every file that is not PNG.
         damaged(header.format, where, reason == "bad png sig" ? "data that cannot be decoded" : std::string(reason));
     }

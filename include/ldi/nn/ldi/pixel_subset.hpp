@@ -59,7 +59,7 @@ namespace detail {
 inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
     if (subset.row_of().size() != pixels)
         raise(error_code::mismatch, "pixel_subset", "a subset of the plan's " + std::to_string(pixels) + " pixels",
-              "one of " + std::to_string(subset.row_of().size()));
+              "a subset of " + std::to_string(subset.row_of().size()) + " pixels");
 }
 
 /// Returns the row of the first of `count` consecutive pixels. Raises mismatch unless the subset contains all of them.
